@@ -44,4 +44,4 @@ class CampaignFile(ResultFile):
 
     def by_key(self) -> dict[str, CampaignDesign]:
         """Designs by their keys."""
-        return {each.key: each for each in self.designs}
+        return {design.key: design for design in self.designs}

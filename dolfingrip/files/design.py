@@ -141,16 +141,16 @@ class DesignFile(ResultFile):
     def tables(self) -> list[TextTable]:
         """List parameters, and constraints where there are some, as tables."""
         rows = [
-            [name, f"{each.start:.4g}", f"{each.value:.4g}", f"{each.low:g} to {each.high:g}"]
-            for name, each in self.parameters.items()
+            [name, f"{param.start:.4g}", f"{param.value:.4g}", f"{param.low:g} to {param.high:g}"]
+            for name, param in self.parameters.items()
         ]
         headings = ["Parameter", "Start", "Found", "Allowed"]
         tables = [TextTable(headings, rows, "Parameters of the design")]
         if self.constraints:
             limits = [
-                [each.of, f"{each.value:.4g}", f"{each.sense} {each.limit:g}",
-                 "kept" if each.kept else "not kept"]
-                for each in self.constraints
+                [bound.of, f"{bound.value:.4g}", f"{bound.sense} {bound.limit:g}",
+                 "kept" if bound.kept else "not kept"]
+                for bound in self.constraints
             ]  # fmt: skip
             headings = ["Constraint", "Found", "Allowed", ""]
             tables.append(TextTable(headings, limits, "Constraints of the design"))
@@ -174,8 +174,8 @@ class DesignFile(ResultFile):
 
 def _rooted[P: BaseModel](part: P) -> P:
     """A part with the roots of its objectives, and the gain of these."""
-    known = {name: getattr(part, name) for name in ("start", "objective")}
-    found = {name: value if value is None else math.sqrt(value) for name, value in known.items()}
+    squares = {name: getattr(part, name) for name in ("start", "objective")}
+    roots = {name: value if value is None else math.sqrt(value) for name, value in squares.items()}
     if (gain := getattr(part, "gain", None)) is not None:
-        found["gain"] = math.sqrt(1 + gain) - 1
-    return part.model_copy(update=found)
+        roots["gain"] = math.sqrt(1 + gain) - 1
+    return part.model_copy(update=roots)

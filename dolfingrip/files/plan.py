@@ -77,20 +77,20 @@ class PlanFile(ResultFile):
     def tables(self) -> list[TextTable]:
         """List effects, and additions where there are some, as tables."""
         rows = [
-            [each.effect, each.ordinary, f"{each.strength_sigma:z.1f}",
-             "–" if each.named_from is None else f"{each.named_from:.2g}", f"{each.share:z.2f}",
-             f"{each.class_share:z.2f}", listed(each.confused_with)]
-            for each in self.effects
+            [effect.effect, effect.ordinary, f"{effect.strength_sigma:z.1f}",
+             "–" if effect.named_from is None else f"{effect.named_from:.2g}",
+             f"{effect.share:z.2f}", f"{effect.class_share:z.2f}", listed(effect.confused_with)]
+            for effect in self.effects
         ]  # fmt: skip
         headings = ["effect", "ordinary strength", "σ", "from × ordinary", "named", "its class",
                     "not told from"]  # fmt: skip
-        found = [TextTable(headings, rows, "Effects")]
+        tables = [TextTable(headings, rows, "Effects")]
         if self.additions:
             rows = [
-                [each.name, f"{each.minutes:.0f}", f"{each.share:z.2f}",
-                 f"{100 * each.gain_per_minute:+z.2f} %", listed(each.lifts)]
-                for each in self.additions
+                [addition.name, f"{addition.minutes:.0f}", f"{addition.share:z.2f}",
+                 f"{100 * addition.gain_per_minute:+z.2f} %", listed(addition.lifts)]
+                for addition in self.additions
             ]  # fmt: skip
             headings = ["addition", "minutes", "share named", "gain per minute", "newly named"]
-            found.append(TextTable(headings, rows, "Additions"))
-        return found
+            tables.append(TextTable(headings, rows, "Additions"))
+        return tables

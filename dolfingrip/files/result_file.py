@@ -98,11 +98,11 @@ class ResultFile(Part):
             raise ResultFileError(f"{file}: not JSON: {error}") from None
         if not isinstance(content, dict):
             raise ResultFileError(f"{file}: no JSON object; allowed: a file that dolfingrip wrote")
-        (known,) = get_args(cls.model_fields["schema_version"].annotation)
+        (supported,) = get_args(cls.model_fields["schema_version"].annotation)
         version = content.setdefault("schema_version", 1)
-        if version != known:
+        if version != supported:
             raise ResultFileError(
-                f"{file}: schema_version = {version}; allowed: {known}; "
+                f"{file}: schema_version = {version}; allowed: {supported}; "
                 f"{cls.MADE_BY} of this version writes it"
             )
         try:
@@ -154,9 +154,9 @@ class ResultFile(Part):
 
     def _repr_html_(self) -> str:
         """The overview and all tables, as a notebook shows them."""
-        return "\n".join(each.html() for each in (self.overview(), *self.tables()))
+        return "\n".join(table.html() for table in (self.overview(), *self.tables()))
 
     def plain(self) -> dict[str, Any]:
         """The content as the file has it."""
-        found: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
-        return found
+        content: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
+        return content

@@ -134,7 +134,7 @@ class RobotFile(ResultFile):
     def excess(self) -> float:
         """Largest error by the one that was asked for; 0, where none was."""
         wanted = self.accuracy or Accuracy()
-        asked = {"deg": wanted.angle_deg, "mm": wanted.path_mm, "N": wanted.force}
-        asked["N/mm"] = wanted.stiffness
-        limits = [(each.error, asked[each.unit]) for each in self.comparisons]
+        allowed = {"deg": wanted.angle_deg, "mm": wanted.path_mm, "N": wanted.force}
+        allowed["N/mm"] = wanted.stiffness
+        limits = [(comparison.error, allowed[comparison.unit]) for comparison in self.comparisons]
         return max((error / limit for error, limit in limits if limit is not None), default=0.0)

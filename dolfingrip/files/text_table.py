@@ -19,7 +19,7 @@ class TextTable:
     def markdown(self) -> list[str]:
         """Lines of the table in Markdown, without the title."""
         lines = [self.headings, ["---"] * len(self.headings), *self.rows]
-        return [f"| {' | '.join(each)} |" for each in lines]
+        return [f"| {' | '.join(row)} |" for row in lines]
 
     def text(self, columns: int = 100, rows: int = 30) -> str:
         """Lines for a console: the title, and the table.

@@ -34,7 +34,7 @@ def add(parent: Element, tag: str, **attributes: Any) -> Element:
 def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    return " ".join(f"{each:.8g}" for each in np.ravel(value))
+    return " ".join(f"{number:.8g}" for number in np.ravel(value))
 
 
 def text(root: Element) -> str:

@@ -29,8 +29,8 @@ def interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
         if isinstance(error, KeyboardInterrupt):
             interrupts.append(error)
         error = error.__cause__ or error.__context__
-    told = [each for each in interrupts if isinstance(each, Interrupted)]
-    return next(iter([*told, *interrupts]), None)
+    with_sentence = [interrupt for interrupt in interrupts if isinstance(interrupt, Interrupted)]
+    return next(iter([*with_sentence, *interrupts]), None)
 
 
 class Termination:

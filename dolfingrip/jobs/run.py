@@ -61,11 +61,11 @@ Progress = Callable[[Standing], None]
 Say = Callable[[str], None]
 
 
-def silent(told: object) -> None:
+def silent(progress: object) -> None:
     """Show nothing.
 
     Args:
-        told: how far the jobs are, or what is done.
+        progress: how far the jobs are, or what is done.
     """
 
 
@@ -150,6 +150,6 @@ def check(folder: Path) -> tuple[int, list[str]]:
     with Store(folder, write=True) as store:
         store.facts()
         spool = Spool(folder / "spool")
-        whole = sum(store.counts().values()) + len(list(spool.answers()))
+        sound_count = sum(store.counts().values()) + len(list(spool.answers()))
         files = [*folder.glob(f"{NAME}.damaged-*"), *spool.folder.glob("*.damaged")]
-        return whole, [*store.aside(), *(str(file.relative_to(folder)) for file in files)]
+        return sound_count, [*store.aside(), *(str(file.relative_to(folder)) for file in files)]

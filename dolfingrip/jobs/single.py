@@ -61,10 +61,10 @@ def tell(done: int, total: int, note: str = "") -> None:
     # a form is compiled beside a thread that tells of it
     if threading.current_thread() is threading.main_thread() and _told.poll():
         raise Superseded
-    told = ("progress", _key, done, total, note)
-    if told != _last:
-        _last = told
-        _told.send(told)
+    message = ("progress", _key, done, total, note)
+    if message != _last:
+        _last = message
+        _told.send(message)
 
 
 class Single:
@@ -176,7 +176,7 @@ class Single:
     def _listen(self, connection: Connection, process: BaseProcess) -> None:
         while True:
             try:
-                kind, key, *rest = connection.recv()
+                kind, key, *details = connection.recv()
             except (EOFError, OSError):
                 self._lost(process)
                 return
@@ -189,9 +189,9 @@ class Single:
                 if kind == "answer":
                     self._job = None
             if kind == "answer":
-                self._done(rest[0])
+                self._done(details[0])
             elif kind == "progress":
-                self._hear(key, *rest)
+                self._hear(key, *details)
 
     def _lost(self, process: BaseProcess) -> None:
         """Answer for a worker that died of itself."""

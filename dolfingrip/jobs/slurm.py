@@ -77,29 +77,29 @@ def settings(file: Path, ranks: int) -> dict[str, Any]:
             sets.
     """
     try:
-        found = tables.toml(file.read_text(encoding="utf-8"))
+        arguments = tables.toml(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"--slurm {file}: {error.strerror}") from None
     except ValueError as error:
         raise ConfigError(f"--slurm {file}: not TOML: {error}") from None
-    options = found.get("scheduler_options", {})
+    options = arguments.get("scheduler_options", {})
     if not isinstance(options, dict):
         raise ConfigError(f"--slurm {file}: scheduler_options: allowed: a table")
     for key, allowed in _OURS.items():
-        if key in {**found, **options}:
+        if key in {**arguments, **options}:
             raise ConfigError(f"--slurm {file}: {key}: allowed: {allowed}")
-    if not isinstance(found.get("memory"), str):
+    if not isinstance(arguments.get("memory"), str):
         raise ConfigError(f'--slurm {file}: memory: allowed: of one job, as in memory = "8GB"')
-    at_once = found.pop("designs_per_job", 1)
+    at_once = arguments.pop("designs_per_job", 1)
     if not isinstance(at_once, int) or isinstance(at_once, bool) or at_once < 1:
         raise ConfigError(f"--slurm {file}: designs_per_job = {at_once}: allowed: at least 1")
     checkout = os.environ.get("DOLFINGRIP_CHECKOUT")
     python = f"{checkout}/scripts/run python" if checkout else sys.executable
-    prologue = [*_PRIVATE, "export OMP_NUM_THREADS=1", *found.pop("job_script_prologue", [])]
+    prologue = [*_PRIVATE, "export OMP_NUM_THREADS=1", *arguments.pop("job_script_prologue", [])]
     return {
         "python": python,
         "worker_extra_args": ["--no-dashboard"],
-        **found,
+        **arguments,
         # a thread a process: MPI and PETSc want a process of their own for each design
         "cores": at_once,
         "processes": at_once,

@@ -157,16 +157,16 @@ class Store:
                     f"{self.path}: has version {version} of the tables; allowed: {FORMAT}, or "
                     "another folder"
                 )
-            found = self._base.execute("PRAGMA integrity_check(1)").fetchone()[0]
+            verdict = self._base.execute("PRAGMA integrity_check(1)").fetchone()[0]
         except sqlite3.DatabaseError as error:
             if _code(error) != sqlite3.SQLITE_CORRUPT:
                 raise
-            version, found = FORMAT, str(error)
-        found = found.splitlines()[-1]
-        if found != "ok" and not write:
-            raise ConfigError(f"{self.path}: damaged: {found}; {_CHECK}")
-        if found != "ok":
-            self._salvage(found)
+            version, verdict = FORMAT, str(error)
+        verdict = verdict.splitlines()[-1]
+        if verdict != "ok" and not write:
+            raise ConfigError(f"{self.path}: damaged: {verdict}; {_CHECK}")
+        if verdict != "ok":
+            self._salvage(verdict)
             version = FORMAT
         if write:
             self._base.execute("PRAGMA journal_mode = WAL")
@@ -200,12 +200,12 @@ class Store:
         self._base = self._open(write=True)
         self._base.executescript(_TABLES)
         marks = ", ".join("?" * (len(_SEALED) + 2))
-        whole = [row for row in rows.values() if row[-1] == _digest(row[1:-1])]
+        sound = [row for row in rows.values() if row[-1] == _digest(row[1:-1])]
         with self._transaction():
             with suppress(UnicodeEncodeError):
                 self._base.executemany("INSERT OR IGNORE INTO facts VALUES (?, ?)", facts)
             self._base.executemany(
-                f"INSERT OR IGNORE INTO jobs ({columns}) VALUES ({marks})", whole
+                f"INSERT OR IGNORE INTO jobs ({columns}) VALUES ({marks})", sound
             )
 
     def _examine(self, *, of_before: bool) -> None:
@@ -286,12 +286,12 @@ class Store:
         Raises:
             ConfigError: one line, where it is damaged or lost.
         """
-        found = dict(self._base.execute("SELECT name, value FROM facts"))
-        if not found and not sum(self.counts().values()):
+        by_name = dict(self._base.execute("SELECT name, value FROM facts"))
+        if not by_name and not sum(self.counts().values()):
             return None
         with suppress(ValueError, RecursionError):
-            facts: Data = json.loads(found.get("plan", ""))
-            if content_key(facts) == found.get("digest"):
+            facts: Data = json.loads(by_name.get("plan", ""))
+            if content_key(facts) == by_name.get("digest"):
                 return facts
         raise ConfigError(
             f"{self.path}: what its designs share is damaged; allowed: the command that made it, "
@@ -328,9 +328,9 @@ class Store:
         ]
         if not self._settled:  # the keys tell which rows belong to these settings
             _LOG.warning("%s: what its jobs share is damaged; entered anew", self.path)
-            own = {job.key for job in jobs}
-            known = [key for (key,) in self._base.execute("SELECT key FROM jobs")]
-            if others := [key for key in known if key not in own]:
+            keys = {job.key for job in jobs}
+            stored = [key for (key,) in self._base.execute("SELECT key FROM jobs")]
+            if others := [key for key in stored if key not in keys]:
                 self._set_aside(others)
         with self._transaction():
             self._write_facts(json.loads(json.dumps(facts)))
@@ -389,11 +389,11 @@ class Store:
 
     def counts(self) -> dict[str, int]:
         """Number of jobs by status."""
-        found = {"pending": 0, "done": 0, "failed": 0}
-        found.update(
+        by_status = {"pending": 0, "done": 0, "failed": 0}
+        by_status.update(
             self._base.execute("SELECT status, COUNT(*) FROM jobs GROUP BY status").fetchall()
         )
-        return found
+        return by_status
 
     def aside(self) -> list[str]:
         """Keys of all rows that were set aside since the store was made."""
@@ -426,11 +426,11 @@ def _readable(row: Sequence[Any]) -> bool:
     """Tell whether a row without a digest has what it must have."""
     named = dict(zip(_SEALED, row, strict=True))
     try:
-        found = {name: json.loads(named[name]) for name in _JSON if named[name] is not None}
+        parsed = {name: json.loads(named[name]) for name in _JSON if named[name] is not None}
     except (ValueError, TypeError, RecursionError):
         return False
-    whole = all(isinstance(value, dict) for value in found.values())
-    return whole and ((named["status"] == "done") == ("result" in found))
+    all_tables = all(isinstance(value, dict) for value in parsed.values())
+    return all_tables and ((named["status"] == "done") == ("result" in parsed))
 
 
 def _code(error: sqlite3.Error) -> int:

@@ -66,7 +66,7 @@ def states_of(text: str, names: Sequence[str]) -> dict[str, dict[str, float]]:
         rf"(?P<{part[1:-1]}>[+-]?\d+(?:[.,]\d+)?)" if part.startswith("{") else re.escape(part)
         for part in parts
     )
-    found = {}
+    states = {}
     for name in names:
         match = re.fullmatch(pattern, name)
         if match is None or not match.groupdict():
@@ -74,7 +74,7 @@ def states_of(text: str, names: Sequence[str]) -> dict[str, dict[str, float]]:
                 f"--states {text}: {name} has another form; allowed: as 40.jpg of "
                 "{pressure_kPa}.jpg"
             )
-        found[name] = {
+        states[name] = {
             key: float(value.replace(",", ".")) for key, value in match.groupdict().items()
         }
-    return found
+    return states

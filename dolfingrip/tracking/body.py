@@ -109,21 +109,21 @@ def read(
             tip as seen; None: by its motion.
     """
     noise_px = points.noise_px()
-    rest = resting(points.px, noise_px)
+    at_rest = resting(points.px, noise_px)
     generator = np.random.default_rng(SEED)
     plane = camera.plane_mm(points.px)
-    frame, bends, askew = _placed(plane, rest, camera, origin_px, side)
+    frame, bends, askew = _placed(plane, at_rest, camera, origin_px, side)
 
     def values(px: Floats, corners: Floats | None, unknowns: Floats | None) -> dict[str, Floats]:
-        own = camera.plane_mm(px, unknowns)
-        turned, _, _ = _placed(own, rest, camera, origin_px, bends, unknowns)
+        places_mm = camera.plane_mm(px, unknowns)
+        turned, _, _ = _placed(places_mm, at_rest, camera, origin_px, bends, unknowns)
         tags = None if corners is None else turned.of(camera.plane_mm(corners, unknowns))
-        return _readings(turned.of(own), tags, rest, np.isfinite(turned.origin_mm).all())
+        return _readings(turned.of(places_mm), tags, at_rest, np.isfinite(turned.origin_mm).all())
 
     readings = values(points.px, points.corners_px, None)
     common = _spread(
         readings,
-        [values(points.px, points.corners_px, each) for each in camera.draws(DRAWS, generator)],
+        [values(points.px, points.corners_px, draw) for draw in camera.draws(DRAWS, generator)],
     )
     noisy = []
     for _ in range(DRAWS):
@@ -147,17 +147,17 @@ def read(
     if points.corners_px is not None or not from_clamp:
         compared.insert(0, ANGLE.name)
     return Body(
-        readings, _spread(readings, noisy), common, np.nanmedian(frame.of(plane[rest]), axis=0),
+        readings, _spread(readings, noisy), common, np.nanmedian(frame.of(plane[at_rest]), axis=0),
         from_clamp, bends, askew, compared, defined,
     )  # fmt: skip
 
 
 def _placed(
-    plane: Floats, rest: Floats, camera: Calibration, origin_px: Floats | None, side: str | None,
+    plane: Floats, at_rest: Floats, camera: Calibration, origin_px: Floats | None, side: str | None,
     unknowns: Floats | None = None,
 ) -> tuple[Frameless, str, float]:  # fmt: skip
     """Axes and origin of a finger, the side to which it bends, and its angle to the sheet."""
-    places = np.nanmedian(plane[rest], axis=0)
+    places = np.nanmedian(plane[at_rest], axis=0)
     middle = places.mean(axis=0)
     along = np.linalg.svd(places - middle)[2][0]
     along *= np.sign(along @ (places[-1] - places[0])) or 1.0
@@ -185,36 +185,36 @@ def _placed(
 
 
 def _readings(
-    places: Floats, tags: Floats | None, rest: Floats, from_clamp: bool
+    places: Floats, tags: Floats | None, at_rest: Floats, from_clamp: bool
 ) -> dict[str, Floats]:
     """Columns from places (frames, points, 2) and corners (frames, points, 4, 2)."""
-    found: dict[str, Floats] = {}
+    readings: dict[str, Floats] = {}
     if tags is not None:
-        found[ANGLE.name] = _turn(tags[:, -1], np.nanmedian(tags[rest, -1], axis=0))
+        readings[ANGLE.name] = _turn(tags[:, -1], np.nanmedian(tags[at_rest, -1], axis=0))
     else:
-        found[ANGLE.name] = _line(places[:, -2], places[:, -1], rest)
-    found[CHORD_ANGLE.name] = _line(places[:, 0], places[:, -1], rest)
+        readings[ANGLE.name] = _line(places[:, -2], places[:, -1], at_rest)
+    readings[CHORD_ANGLE.name] = _line(places[:, 0], places[:, -1], at_rest)
     count = places.shape[1]
     if from_clamp:
         for i in range(count):
-            found[marker(i + 1, "x").name] = places[:, i, 0]
-            found[marker(i + 1, "z").name] = places[:, i, 1]
+            readings[marker(i + 1, "x").name] = places[:, i, 0]
+            readings[marker(i + 1, "z").name] = places[:, i, 1]
     for i in range(1, count - 1):
         before, after = places[:, i] - places[:, i - 1], places[:, i + 1] - places[:, i]
         turn = np.arctan2(_cross(before, after), (before * after).sum(axis=1))
         lengths = np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)
-        found[curvature(i + 1).name] = 2e3 * turn / lengths
-    return found
+        readings[curvature(i + 1).name] = 2e3 * turn / lengths
+    return readings
 
 
 def _cross(first: Floats, second: Floats) -> Floats:
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
-def _line(start: Floats, end: Floats, rest: Floats) -> Floats:
+def _line(start: Floats, end: Floats, at_rest: Floats) -> Floats:
     """Rotation of a line from rest (deg), positive towards −x; NaN where an end is lost."""
     arm = end - start
-    return _from_rest(np.arctan2(-arm[:, 0], arm[:, 1]), rest)
+    return _from_rest(np.arctan2(-arm[:, 0], arm[:, 1]), at_rest)
 
 
 def _turn(corners: Floats, at_rest: Floats) -> Floats:
@@ -226,12 +226,12 @@ def _turn(corners: Floats, at_rest: Floats) -> Floats:
     return _from_rest(np.arctan2(across, along), None)
 
 
-def _from_rest(angle: Floats, rest: Floats | None) -> Floats:
+def _from_rest(angle: Floats, at_rest: Floats | None) -> Floats:
     there = np.isfinite(angle)
-    found = np.full(len(angle), np.nan)
-    found[there] = np.unwrap(angle[there])
-    zero = 0.0 if rest is None else np.nanmedian(found[rest])
-    return np.asarray(np.degrees(found - zero))
+    unwrapped = np.full(len(angle), np.nan)
+    unwrapped[there] = np.unwrap(angle[there])
+    zero = 0.0 if at_rest is None else np.nanmedian(unwrapped[at_rest])
+    return np.asarray(np.degrees(unwrapped - zero))
 
 
 def _spread(mean: dict[str, Floats], draws: list[dict[str, Floats]]) -> dict[str, Floats]:

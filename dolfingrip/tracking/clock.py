@@ -97,8 +97,8 @@ def by_motion(log_s: Floats, control: Floats, time_s: Floats, motion: Floats) ->
     rate, long = 1.0, float(np.ptp(time_s))
     if long > POLICY.drift_s:
         halves = np.array_split(np.arange(len(time_s)), 2)
-        ends = [_best(log_s, control, time_s[own], motion[own])[0] for own in halves]
-        middles = [float(time_s[own].mean()) for own in halves]
+        ends = [_best(log_s, control, time_s[half], motion[half])[0] for half in halves]
+        middles = [float(time_s[half].mean()) for half in halves]
         rate = 1 + (ends[1] - ends[0]) / (middles[1] - middles[0])
         shift = ends[0] - (rate - 1) * middles[0]
     step = max(float(np.median(np.diff(log_s))), float(np.median(np.diff(time_s))))
@@ -142,8 +142,8 @@ def _left(log_s: Floats, control: Floats, time_s: Floats, motion: Floats, shift:
     if spread == 0:
         return 1.0
     table = np.vander((pressure - pressure.mean()) / spread, 4)
-    rest = motion[inside] - table @ np.linalg.lstsq(table, motion[inside], rcond=None)[0]
-    return float(rest.var() / motion.var() / inside.mean())
+    residual = motion[inside] - table @ np.linalg.lstsq(table, motion[inside], rcond=None)[0]
+    return float(residual.var() / motion.var() / inside.mean())
 
 
 def by_events(
@@ -186,13 +186,13 @@ def steps_up(time_s: Floats, values: Floats) -> Floats:
         low, high = np.nanmin(values), np.nanmax(values)
     above = values > (low + high) / 2
     rises = np.flatnonzero(above[1:] & ~above[:-1])
-    found = []
+    times_s = []
     for i in rises:
         # a light that goes on within an exposure makes that frame partly bright
         part = (values[i + 1] - low) / max(high - low, 1e-9)
         partly = i + 2 < len(values) and part < 0.9
-        found.append(time_s[i + 1] if partly else (time_s[i] + time_s[i + 1]) / 2)
-    return np.array(found)
+        times_s.append(time_s[i + 1] if partly else (time_s[i] + time_s[i + 1]) / 2)
+    return np.array(times_s)
 
 
 def knock(time_s: Floats, values: Floats) -> Floats:

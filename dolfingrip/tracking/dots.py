@@ -137,7 +137,7 @@ def find(image: Image, colour: Colour, box: Box | None = None) -> list[Dot]:
     left, top, right, bottom = box or (0, 0, image.shape[1], image.shape[0])
     share = colour.share(in_chroma(image[top:bottom, left:right], colour.light))
     mask = (share > POLICY.least_share).astype(np.uint8)
-    found = []
+    dots = []
     for outline in _outlines(mask, 0.3 * colour.area_px, 4 * colour.area_px):
         hull = cv2.convexHull(outline)
         x, y, width, height = cv2.boundingRect(hull)
@@ -162,8 +162,8 @@ def find(image: Image, colour: Colour, box: Box | None = None) -> list[Dot]:
             centre = circle
         elif area > POLICY.alike * colour.area_px or max(width, height) > 4 * min(width, height):
             continue
-        found.append(Dot(centre + np.array([left, top]), area, seen))
-    return found
+        dots.append(Dot(centre + np.array([left, top]), area, seen))
+    return dots
 
 
 def _outlines(mask: np.ndarray, least: float, most: float) -> Iterator[np.ndarray]:
@@ -183,19 +183,19 @@ def _circle(outline: np.ndarray, centre: np.ndarray, area_px: float) -> np.ndarr
     def away(middle: np.ndarray) -> np.ndarray:
         return np.asarray(np.linalg.norm(outline - middle, axis=1) - radius)
 
-    found = least_squares(away, centre, loss="soft_l1", f_scale=0.05 * radius + 0.1)
-    good = np.sort(np.abs(away(found.x)))[: int(0.55 * len(outline))]
-    return found.x if len(good) and good[-1] < 0.08 * radius + 0.35 else None
+    fit = least_squares(away, centre, loss="soft_l1", f_scale=0.05 * radius + 0.1)
+    good = np.sort(np.abs(away(fit.x)))[: int(0.55 * len(outline))]
+    return fit.x if len(good) and good[-1] < 0.08 * radius + 0.35 else None
 
 
 def learn(
-    image: Image, asked: str | None, count: int | None, groups: int, points: np.ndarray | None
+    image: Image, name: str | None, count: int | None, groups: int, points: np.ndarray | None
 ) -> tuple[Colour, np.ndarray]:
     """Find which dots a frame has, and their colour.
 
     Args:
         image: the first frame.
-        asked: name of the colour or ``#rrggbb``; None: any.
+        name: name of the colour or ``#rrggbb``; None: any.
         count: number of dots; None: any from three on.
         groups: number of fingers.
         points: (n, 2) places of the dots, where they are given; None: they are sought.
@@ -214,17 +214,17 @@ def learn(
     ordinary = np.median(lab.reshape(-1, 3), axis=0)
     best: tuple[float, Colour, list[np.ndarray]] | None = None
     most = 0
-    for direction in _directions(asked, ordinary, lab, points):
+    for direction in _directions(name, ordinary, lab, points):
         along, aside = _parts(lab, ordinary, direction)
         for contrast in POLICY.contrasts:
             mask = (along - np.maximum(aside - contrast, 0) > contrast).astype(np.uint8)
-            own = [each for each in _round(mask, along) if points is None or _is_at(each, points)]
-            for group in _alike(own, count, groups):
+            blobs = [blob for blob in _round(mask, along) if points is None or _is_at(blob, points)]
+            for group in _alike(blobs, count, groups):
                 most = max(most, len(group))
                 score = _score(group, count, groups) * (1 if points is not None else contrast**0.5)
                 if best is None or score > best[0]:
-                    amount = float(np.median([each[3] for each in group]))
-                    area = float(np.median([each[2] for each in group]))
+                    amount = float(np.median([blob[3] for blob in group]))
+                    area = float(np.median([blob[2] for blob in group]))
                     best = score, Colour(light, ordinary, direction * amount, area), group
     if best is None or (count is not None and len(best[2]) != count):
         what = f"{most} dots of one colour are seen" if most else "no dot is seen"
@@ -234,7 +234,7 @@ def learn(
             f"colour that nothing beside them has; --colour {'|'.join(NAMES)}, --dots NUMBER or "
             '--points "X,Y X,Y …" (px) tells which'
         )
-    colour, places = best[1], np.array([each[:2] for each in best[2]])
+    colour, places = best[1], np.array([blob[:2] for blob in best[2]])
     if not colour.direction[0]:  # as seen, and not as tried
         at = np.round(places).astype(int)
         away = np.median(lab[at[:, 1], at[:, 0]] - ordinary, axis=0)
@@ -259,12 +259,12 @@ def learn(
 
 
 def _directions(
-    asked: str | None, ordinary: np.ndarray, lab: np.ndarray, points: np.ndarray | None
+    name: str | None, ordinary: np.ndarray, lab: np.ndarray, points: np.ndarray | None
 ) -> Iterator[np.ndarray]:
     """Unit vectors of brightness and chroma along which dots may differ from the picture."""
     import cv2
 
-    if points is not None and asked is None:
+    if points is not None and name is None:
         u, v = np.round(np.median(points[:1], axis=0)).astype(int)
         away = (
             np.median(lab[max(v - 1, 0) : v + 2, max(u - 1, 0) : u + 2].reshape(-1, 3), axis=0)
@@ -275,16 +275,16 @@ def _directions(
             return
         yield np.array([0.0, *away[1:]]) / np.linalg.norm(away[1:])
         return
-    if asked in ("black", "white"):
-        yield np.array([-1.0 if asked == "black" else 1.0, 0.0, 0.0])
+    if name in ("black", "white"):
+        yield np.array([-1.0 if name == "black" else 1.0, 0.0, 0.0])
         return
     hues = np.linspace(0, 2 * np.pi, POLICY.sectors, endpoint=False)
-    if asked is not None:
+    if name is not None:
         try:
-            rgb = NAMES[asked] if asked in NAMES else tuple(bytes.fromhex(asked.removeprefix("#")))
+            rgb = NAMES[name] if name in NAMES else tuple(bytes.fromhex(name.removeprefix("#")))
             pure = cv2.cvtColor(np.array([[rgb[::-1]]], np.uint8), cv2.COLOR_BGR2YCrCb)[0, 0]
         except (ValueError, cv2.error):
-            raise ConfigError(f"--colour {asked}: allowed: {', '.join(NAMES)} or #rrggbb") from None
+            raise ConfigError(f"--colour {name}: allowed: {', '.join(NAMES)} or #rrggbb") from None
         hue = np.arctan2(float(pure[2]) - 128, float(pure[1]) - 128)
         hues = hue + np.radians([-20, -10, 0, 10, 20])
     for hue in hues:
@@ -299,7 +299,7 @@ def _round(mask: np.ndarray, along: np.ndarray) -> list[np.ndarray]:
     """Round parts of a mask: u, v, area and distance from the ordinary colour."""
     import cv2
 
-    found = []
+    blobs = []
     for outline in _outlines(mask, POLICY.least_px, POLICY.most_part * mask.size):
         area, hull = cv2.contourArea(outline), cv2.contourArea(cv2.convexHull(outline))
         round_ = 4 * np.pi * area / max(cv2.arcLength(outline, True), 1) ** 2
@@ -309,8 +309,8 @@ def _round(mask: np.ndarray, along: np.ndarray) -> list[np.ndarray]:
         away = along[int(v) - 1 : int(v) + 2, int(u) - 1 : int(u) + 2]
         moments = cv2.moments(outline)
         centre = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
-        found.append(np.array([*centre, area + 0.5 * len(outline), np.median(away)]))
-    return found
+        blobs.append(np.array([*centre, area + 0.5 * len(outline), np.median(away)]))
+    return blobs
 
 
 def _alike(
@@ -319,9 +319,9 @@ def _alike(
     """Groups of blobs of about one size and contrast."""
     for first in blobs:
         group = [
-            each for each in blobs
-            if first[2] <= each[2] <= POLICY.alike * first[2]
-            and 0.5 < each[3] / max(first[3], 1) < 2
+            blob for blob in blobs
+            if first[2] <= blob[2] <= POLICY.alike * first[2]
+            and 0.5 < blob[3] / max(first[3], 1) < 2
         ]  # fmt: skip
         group = _without_strays(group, groups, count)
         if len(group) >= min(count or 3 * groups, 3 * groups):
@@ -331,12 +331,12 @@ def _alike(
 def _without_strays(group: list[np.ndarray], groups: int, count: int | None) -> list[np.ndarray]:
     """Without those that are far from all others, or of which there are too many."""
     while len(group) > (count or 3 * groups):
-        away = cdist([each[:2] for each in group], [each[:2] for each in group])
+        away = cdist([blob[:2] for blob in group], [blob[:2] for blob in group])
         np.fill_diagonal(away, np.inf)
         nearest = away.min(axis=1)
         if count is None and nearest.max() < 2.5 * np.median(nearest):
             break
-        group = [each for i, each in enumerate(group) if i != int(nearest.argmax())]
+        group = [blob for i, blob in enumerate(group) if i != int(nearest.argmax())]
     return group
 
 

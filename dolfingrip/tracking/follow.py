@@ -57,7 +57,7 @@ class Follower:
         self._new = True
         self._lost: np.ndarray = np.zeros(len(places), dtype=int)
         self._others = np.repeat(self._last[None], len(places), axis=0)  # when each was seen last
-        self._pairs = [(a, b) for own in fingers for a, b in pairwise(own)]
+        self._pairs = [(a, b) for finger in fingers for a, b in pairwise(finger)]
         steps = np.array([np.linalg.norm(places[a] - places[b]) for a, b in self._pairs])
         self._steps, self._margin = steps, POLICY.margin * float(steps.max())
         away = cdist(places, places)
@@ -80,22 +80,22 @@ class Follower:
         """
         expected = self._last + self._speed
         dots = find(image, self._colour, self._box(expected, image))
-        found, seen = np.full_like(self._last, np.nan), np.zeros(len(self._last))
+        px, seen = np.full_like(self._last, np.nan), np.zeros(len(self._last))
         kept = np.flatnonzero(self._lost == 0)
-        dots = self._take(dots, kept, expected, found, seen)
-        self._check(found, seen, expected)
+        dots = self._take(dots, kept, expected, px, seen)
+        self._check(px, seen, expected)
         lost = np.flatnonzero(self._lost > 0)
         if len(lost):
-            now = np.flatnonzero(np.isfinite(found[:, 0]))
+            now = np.flatnonzero(np.isfinite(px[:, 0]))
             for i in lost:  # it has moved as its nearest neighbours have
                 near = now[np.argsort(np.linalg.norm(self._last[now] - self._last[i], axis=1))[:2]]
                 if len(near):
-                    expected[i] = self._last[i] + (found[near] - self._others[i][near]).mean(axis=0)
-            self._take(dots, lost, expected, found, seen)
-            self._check(found, seen, expected)
-        self._remember(found)
+                    expected[i] = self._last[i] + (px[near] - self._others[i][near]).mean(axis=0)
+            self._take(dots, lost, expected, px, seen)
+            self._check(px, seen, expected)
+        self._remember(px)
         self._new = False
-        return found, seen
+        return px, seen
 
     def anew(self, image: Image) -> tuple[np.ndarray, np.ndarray]:
         """Find the dots in a picture of another state, along each finger from its clamped end.
@@ -110,9 +110,9 @@ class Follower:
             As of :meth:`step`.
         """
         dots = [dot for dot in find(image, self._colour) if dot.seen > POLICY.whole / 2]
-        found, seen = np.full_like(self._last, np.nan), np.zeros(len(self._last))
+        px, seen = np.full_like(self._last, np.nan), np.zeros(len(self._last))
         if not dots:
-            return found, seen
+            return px, seen
         places = np.array([dot.centre_px for dot in dots])
         taken: set[int] = set()
         for finger in self._fingers:
@@ -122,14 +122,14 @@ class Follower:
             way = finger if away[0] <= away[1] else finger[::-1]
             for who, which in zip(way, self._along(way, places, taken), strict=True):
                 if which is not None:
-                    found[who], seen[who] = places[which], dots[which].seen
+                    px[who], seen[who] = places[which], dots[which].seen
                     taken.add(which)
-        return found, seen
+        return px, seen
 
     def _along(self, way: np.ndarray, places: np.ndarray, taken: set[int]) -> list[int | None]:
         """Numbers of the dots along a finger; None where one is lost."""
         here, heading = self._start[way[0]], self._start[way[1]] - self._start[way[0]]
-        own: list[int | None] = []
+        numbers: list[int | None] = []
         for i, who in enumerate(way):
             step = np.zeros(2) if i == 0 else self._start[who] - self._start[way[i - 1]]
             length = float(np.linalg.norm(step))
@@ -143,16 +143,16 @@ class Follower:
                 ))  # fmt: skip
                 fits = np.abs(np.log(np.maximum(lengths, 1e-9) / length)) < POLICY.stretch
                 score = np.where(fits & (turns < POLICY.turn), turns, np.inf)
-            score[list(taken | {each for each in own if each is not None})] = np.inf
+            score[list(taken | {number for number in numbers if number is not None})] = np.inf
             best = int(score.argmin())
             if np.isfinite(score[best]):
                 heading = arms[best] if i else heading
                 here = places[best]
-                own.append(best)
+                numbers.append(best)
             else:
                 here = here + length * heading / np.linalg.norm(heading)
-                own.append(None)
-        return own
+                numbers.append(None)
+        return numbers
 
     def _box(self, expected: np.ndarray, image: Image) -> Box:
         margin = self._margin * (1 + 0.5 * self._lost.max())
@@ -166,7 +166,7 @@ class Follower:
         dots: list[Dot],
         wanted: np.ndarray,
         expected: np.ndarray,
-        found: np.ndarray,
+        px: np.ndarray,
         seen: np.ndarray,
     ) -> list[Dot]:
         """Give dots to those that are wanted; returns the rest."""
@@ -185,27 +185,27 @@ class Follower:
                 taken.add(j)
                 if share > POLICY.grown:  # it is one with something of its colour
                     continue
-                found[who] = dots[j].centre_px
+                px[who] = dots[j].centre_px
                 seen[who] = min(share, 1.0) if share < 1 / POLICY.whole else 1 / share
                 if share > POLICY.whole:  # light and perspective change slowly
                     self._areas[who] *= 1 + 0.1 * (min(share, 1.05) - 1)
         return [dot for j, dot in enumerate(dots) if j not in taken]
 
-    def _check(self, found: np.ndarray, seen: np.ndarray, expected: np.ndarray) -> None:
+    def _check(self, px: np.ndarray, seen: np.ndarray, expected: np.ndarray) -> None:
         """Lose the less expected one of neighbours whose distance no finger has."""
         for (a, b), step in zip(self._pairs, self._steps, strict=True):
-            length = np.linalg.norm(found[a] - found[b]) / step
+            length = np.linalg.norm(px[a] - px[b]) / step
             if length < POLICY.shape[0] or length > POLICY.shape[1]:
-                off = [np.linalg.norm(found[i] - expected[i]) for i in (a, b)]
+                off = [np.linalg.norm(px[i] - expected[i]) for i in (a, b)]
                 worse = (a, b)[int(np.argmax(off))]
-                found[worse], seen[worse] = np.nan, 0.0
+                px[worse], seen[worse] = np.nan, 0.0
 
-    def _remember(self, found: np.ndarray) -> None:
-        there = np.isfinite(found[:, 0])
+    def _remember(self, px: np.ndarray) -> None:
+        there = np.isfinite(px[:, 0])
         again = there & (self._lost == 0)
-        self._speed[again] = 0.6 * (found - self._last)[again] + 0.4 * self._speed[again]
+        self._speed[again] = 0.6 * (px - self._last)[again] + 0.4 * self._speed[again]
         self._speed[~again] = 0.0
         self._lost = np.where(there, 0, self._lost + 1)
-        self._last[there] = found[there]
+        self._last[there] = px[there]
         for i in np.flatnonzero(there):
-            self._others[i] = np.where(there[:, None], found, self._last)
+            self._others[i] = np.where(there[:, None], px, self._last)

@@ -152,8 +152,8 @@ class VideoFrames:
         with self._open() as container:
             stream = container.streams.video[0]
             _check(str(file), stream.codec_context.width, stream.codec_context.height)
-            told = stream.duration and float(stream.duration * stream.time_base)
-            self._length_s = told or float(container.duration or 0) / 1e6
+            stream_s = stream.duration and float(stream.duration * stream.time_base)
+            self._length_s = stream_s or float(container.duration or 0) / 1e6
             rate = float(stream.average_rate or 30)
             count = stream.frames or round(self._length_s * rate)
             self.expected = min(count, math.ceil(min(until_s, 1e6) * rate))

@@ -23,9 +23,9 @@ def fingers(points: np.ndarray, groups: int) -> list[np.ndarray]:
     for _ in range(groups - 1):  # the widest gaps are those between fingers
         tree[np.unravel_index(tree.argmax(), tree.shape)] = 0.0
     _, labels = connected_components(tree, directed=False)
-    members = [np.flatnonzero(labels == each) for each in range(labels.max() + 1)]
-    members.sort(key=lambda own: float(points[own, 0].mean()))
-    return [own[_path(points[own])] for own in members]
+    members = [np.flatnonzero(labels == label) for label in range(labels.max() + 1)]
+    members.sort(key=lambda finger: float(points[finger, 0].mean()))
+    return [finger[_path(points[finger])] for finger in members]
 
 
 def _path(points: np.ndarray) -> np.ndarray:
@@ -47,8 +47,8 @@ def _path(points: np.ndarray) -> np.ndarray:
 def _uncrossed(way: list[int], away: np.ndarray) -> list[int]:
     """The way with parts reversed where that makes it shorter."""
 
-    def length(each: list[int]) -> float:
-        return float(sum(away[a, b] for a, b in pairwise(each)))
+    def length(path: list[int]) -> float:
+        return float(sum(away[a, b] for a, b in pairwise(path)))
 
     improved = True
     while improved:

@@ -33,7 +33,7 @@ def drawn(image: Image, fingers: Sequence[np.ndarray], text: str, scale: float =
     import cv2
 
     height, width = (max(2 * round(n * scale / 2), 2) for n in image.shape[:2])
-    found = (
+    picture = (
         cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
         if scale != 1
         else image.copy()
@@ -42,19 +42,19 @@ def drawn(image: Image, fingers: Sequence[np.ndarray], text: str, scale: float =
     for i, points in enumerate(fingers):
         places = (points + 0.5) * scale - 0.5
         there = [
-            tuple(np.round(each).astype(int).tolist()) for each in places if np.isfinite(each[0])
+            tuple(np.round(place).astype(int).tolist()) for place in places if np.isfinite(place[0])
         ]
         colour = COLOURS[i % len(COLOURS)]
         for a, b in pairwise(there):
-            cv2.line(found, a, b, colour, thick, cv2.LINE_AA)
-        for number, each in enumerate(places, 1):
-            if np.isfinite(each[0]):
-                at = tuple(np.round(each).astype(int).tolist())
-                cv2.circle(found, at, 5 * thick, HALO, thick + 1, cv2.LINE_AA)
-                cv2.circle(found, at, 5 * thick, colour, thick, cv2.LINE_AA)
-                _write(found, str(number), (at[0] + 9 * thick, at[1] - 2 * thick), thick)
-    _write(found, text, (8 * thick, 20 * thick), thick)
-    return np.asarray(found)
+            cv2.line(picture, a, b, colour, thick, cv2.LINE_AA)
+        for number, place in enumerate(places, 1):
+            if np.isfinite(place[0]):
+                at = tuple(np.round(place).astype(int).tolist())
+                cv2.circle(picture, at, 5 * thick, HALO, thick + 1, cv2.LINE_AA)
+                cv2.circle(picture, at, 5 * thick, colour, thick, cv2.LINE_AA)
+                _write(picture, str(number), (at[0] + 9 * thick, at[1] - 2 * thick), thick)
+    _write(picture, text, (8 * thick, 20 * thick), thick)
+    return np.asarray(picture)
 
 
 def _write(image: Any, text: str, at: tuple[int, int], thick: int) -> None:

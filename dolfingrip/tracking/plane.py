@@ -151,7 +151,7 @@ class Calibration:
             return float(np.linalg.norm(right - left) + np.linalg.norm(below - above)) / 200
 
         here, others = value(self.mean), self.draws(DRAWS, np.random.default_rng(0))
-        return here, float(np.std([value(each) for each in others])) / here
+        return here, float(np.std([value(draw) for draw in others])) / here
 
     def determined(self, unknown: int) -> bool:
         """Return whether what was seen tells an unknown far better than its prior.
@@ -206,11 +206,11 @@ def _to_pixels(unknowns: Floats, size_px: tuple[int, int], sheet_mm: Floats) -> 
     import cv2
 
     solid = np.column_stack([sheet_mm, np.zeros(len(sheet_mm))])
-    found, _ = cv2.projectPoints(
+    pixels, _ = cv2.projectPoints(
         solid, np.asarray(unknowns[TURN]), _place(unknowns), _matrix(unknowns, size_px),
         _lens(unknowns),
     )  # fmt: skip
-    return np.asarray(found.reshape(-1, 2))
+    return np.asarray(pixels.reshape(-1, 2))
 
 
 def _prior(size_px: tuple[int, int], in_front: tuple[float, float]) -> tuple[Floats, Floats]:
@@ -259,13 +259,13 @@ def of_sheet(
 
     noise = POLICY.corner_px
     for _ in range(3):  # the noise of the corners is that of what is left
-        found = _fit(lambda unknowns, noise=noise: corners(unknowns) / noise, begin, mean, std)
-        left = corners(found.x)
+        fit = _fit(lambda unknowns, noise=noise: corners(unknowns) / noise, begin, mean, std)
+        left = corners(fit.x)
         noise = max(POLICY.corner_px, float(1.4826 * np.median(np.abs(left))))
-        begin = found.x
-    covariance = _covariance(found)
+        begin = fit.x
+    covariance = _covariance(fit)
     residual = float(np.sqrt(np.mean(left**2)))
-    return Calibration(size_px, found.x, covariance, std, "sheet", residual, has_sheet=True)
+    return Calibration(size_px, fit.x, covariance, std, "sheet", residual, has_sheet=True)
 
 
 def of_lengths(
@@ -284,7 +284,7 @@ def of_lengths(
     std[TURN] = np.radians(POLICY.tilt_deg), np.radians(POLICY.tilt_deg), tiny
     std[8:10], std[10] = tiny, np.inf
     per_px = np.median(
-        [each.length_mm / np.linalg.norm(np.diff(each.ends_px, axis=0)) for each in lengths]
+        [length.length_mm / np.linalg.norm(np.diff(length.ends_px, axis=0)) for length in lengths]
     )
     mean[10] = mean[F] + np.log(per_px)
 
@@ -292,25 +292,25 @@ def of_lengths(
         flat = unknowns.copy()
         flat[FRONT:] = 0.0
         rows = []
-        for each in lengths:
-            ends = _to_plane(flat, size_px, each.ends_px)
-            rows.append((np.linalg.norm(ends[1] - ends[0]) - each.length_mm) / each.std_mm)
+        for length in lengths:
+            ends = _to_plane(flat, size_px, length.ends_px)
+            rows.append((np.linalg.norm(ends[1] - ends[0]) - length.length_mm) / length.std_mm)
         return np.array(rows)
 
-    found = _fit(misfit, mean.copy(), mean, std)
-    return Calibration(size_px, found.x, _covariance(found), std, by)
+    fit = _fit(misfit, mean.copy(), mean, std)
+    return Calibration(size_px, fit.x, _covariance(fit), std, by)
 
 
 def _fit(misfit: Any, begin: Floats, mean: Floats, std: Floats) -> Any:
     """Least squares of misfits and of the distances from the priors."""
-    known = np.isfinite(std)
+    has_prior = np.isfinite(std)
 
     def rows(unknowns: Floats) -> Floats:
-        return np.concatenate([misfit(unknowns), ((unknowns - mean) / std)[known]])
+        return np.concatenate([misfit(unknowns), ((unknowns - mean) / std)[has_prior]])
 
-    scale = np.where(known, np.minimum(std, 1.0), 0.1)
+    scale = np.where(has_prior, np.minimum(std, 1.0), 0.1)
     return least_squares(rows, begin, x_scale=scale, jac="3-point")
 
 
-def _covariance(found: Any) -> Floats:
-    return np.asarray(np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-18, hermitian=True))
+def _covariance(fit: Any) -> Floats:
+    return np.asarray(np.linalg.pinv(fit.jac.T @ fit.jac, rcond=1e-18, hermitian=True))

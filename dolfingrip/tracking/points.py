@@ -59,12 +59,12 @@ class TrackedPoints:
 
     def _jumps_px(self) -> np.ndarray:
         """(points,) standard deviations by how much places jump from frame to frame."""
-        found = np.full(self.px.shape[1], ORDINARY_PX)
+        std_px = np.full(self.px.shape[1], ORDINARY_PX)
         if len(self.time_s) < 8 or not np.isfinite(self.time_s).all():
-            return found
+            return std_px
         jumps = np.diff(self.px, 3, axis=0) / np.sqrt(20)
-        for i in range(len(found)):
-            own = jumps[:, i][np.isfinite(jumps[:, i])]
-            if len(own) > 10:
-                found[i] = 1.4826 * float(np.median(np.abs(own - np.median(own))))
-        return found
+        for i in range(len(std_px)):
+            finite = jumps[:, i][np.isfinite(jumps[:, i])]
+            if len(finite) > 10:
+                std_px[i] = 1.4826 * float(np.median(np.abs(finite - np.median(finite))))
+        return std_px

@@ -19,42 +19,42 @@ FRONT_STD_MM: Final = (0.7, 4.0)
 """Standard deviation of the points' distance from the plane where it is told, and where not."""
 
 
-def calibrate(watched: Watched, asked: TrackAsked, width_mm: float) -> Calibration:
+def calibrate(watched: Watched, request: TrackAsked, width_mm: float) -> Calibration:
     """Find the camera by the sheet, by lengths, by tags, or by the first point's distance.
 
     Args:
         watched: what was seen.
-        asked: what is told.
+        request: what is told.
         width_mm: of the finger, as far as nothing is told of the points' distance from the sheet.
 
     Raises:
         ConfigError: one line, where nothing tells the scale.
     """
-    told = asked.in_front_mm is not None
-    spread = FRONT_STD_MM[0] if told else FRONT_STD_MM[1]
+    has_distance = request.in_front_mm is not None
+    spread = FRONT_STD_MM[0] if has_distance else FRONT_STD_MM[1]
     size = watched.size_px
     if watched.corners and max(len(mm) for mm, _ in watched.corners) >= plane.POLICY.least_corners:
-        front = asked.in_front_mm if asked.in_front_mm is not None else width_mm
+        front = request.in_front_mm if request.in_front_mm is not None else width_mm
         sheet_mm, seen_px, moved = _mean_corners(watched.corners)
-        found = plane.of_sheet(size, sheet_mm, seen_px, (front, spread))
+        calibration = plane.of_sheet(size, sheet_mm, seen_px, (front, spread))
         if moved > MOVED_PX:
-            found.doubts.append(
+            calibration.doubts.append(
                 f"the camera moved: the sheet's corners by {moved:.1f} px; put it on a stand"
             )
-        return found
-    lengths, by = list(asked.scales), "two points"
-    front = asked.in_front_mm or 0.0
+        return calibration
+    lengths, by = list(request.scales), "two points"
+    front = request.in_front_mm or 0.0
     corners = watched.points.corners_px
-    if not lengths and corners is not None and asked.tag_mm is not None:
+    if not lengths and corners is not None and request.tag_mm is not None:
         front, spread, by = 0.0, 0.1, "tags"
         for square in np.nanmedian(corners[:10], axis=0):
             for i in range(4):
                 ends = square[[i, (i + 1) % 4]]
-                lengths.append(Length(ends, asked.tag_mm, 0.01 * asked.tag_mm))
-    if not lengths and asked.clamp_px is not None and asked.first_mm is not None:
+                lengths.append(Length(ends, request.tag_mm, 0.01 * request.tag_mm))
+    if not lengths and request.clamp_px is not None and request.first_mm is not None:
         front, spread, by = 0.0, 0.1, "clamp and first point"
-        ends = np.array([asked.clamp_px, watched.points.px[0, watched.fingers[0][0]]])
-        lengths.append(Length(ends, asked.first_mm, 0.3))
+        ends = np.array([request.clamp_px, watched.points.px[0, watched.fingers[0][0]]])
+        lengths.append(Length(ends, request.first_mm, 0.3))
     if not lengths:
         seen = max((len(mm) for mm, _ in watched.corners), default=0)
         what = (
@@ -65,11 +65,11 @@ def calibrate(watched: Watched, asked: TrackAsked, width_mm: float) -> Calibrati
             'sheet.pdf` behind the finger, --scale "X,Y X,Y = LENGTH mm", tags with --tag-side, or '
             "--clamp with --first"
         )
-    found = plane.of_lengths(size, lengths, (front, spread), by)
-    found.doubts.append(
+    calibration = plane.of_lengths(size, lengths, (front, spread), by)
+    calibration.doubts.append(
         f"no sheet tells the camera's tilt; {2 * plane.POLICY.tilt_deg:.0f}° are within the errors"
     )
-    return found
+    return calibration
 
 
 def _mean_corners(
@@ -80,9 +80,9 @@ def _mean_corners(
     for sheet_mm, px in corners:
         for mm, at in zip(sheet_mm, px, strict=True):
             seen.setdefault((float(mm[0]), float(mm[1])), []).append(at)
-    often = {mm: each for mm, each in seen.items() if 2 * len(each) > len(corners)} or seen
-    spreads = [float(np.std(each, axis=0).max()) for each in often.values()]
+    often = {mm: places for mm, places in seen.items() if 2 * len(places) > len(corners)} or seen
+    spreads = [float(np.std(places, axis=0).max()) for places in often.values()]
     return (
-        np.array(list(often)), np.array([np.median(each, axis=0) for each in often.values()]),
+        np.array(list(often)), np.array([np.median(places, axis=0) for places in often.values()]),
         float(np.median(spreads)),
     )  # fmt: skip

@@ -67,10 +67,10 @@ class PrintedSheet:
     def bits(self) -> np.ndarray:
         """(rows, columns) of cells, True where they are black."""
         rows, columns = self.squares[1] * CELLS, self.squares[0] * CELLS
-        found = self.board.generateImage((columns, rows), marginSize=0, borderBits=1) < 128
+        black = self.board.generateImage((columns, rows), marginSize=0, borderBits=1) < 128
         edge = self.ring * CELLS
-        found[edge:-edge, edge:-edge] = False
-        return np.asarray(found)
+        black[edge:-edge, edge:-edge] = False
+        return np.asarray(black)
 
     @cached_property
     def _printed(self) -> set[int]:

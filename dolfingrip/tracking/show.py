@@ -42,7 +42,7 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> li
         for frame in source:
             if frame.number >= len(points.names):
                 break
-            fingers = [points.px[frame.number, own] for own in watched.fingers]
+            fingers = [points.px[frame.number, finger] for finger in watched.fingers]
             text = _caption(tracked, frame)
             if video is not None:
                 video(frame, fingers, text)
@@ -62,7 +62,9 @@ def _caption(tracked: Tracked, frame: Frame) -> str:
     i = frame.number
     words = [frame.name if np.isnan(frame.time_s) else f"{frame.time_s:.2f} s"]
     words += [
-        f"{name} {each[i]:.4g}" for name, each in tracked.control.items() if np.isfinite(each[i])
+        f"{name} {values[i]:.4g}"
+        for name, values in tracked.control.items()
+        if np.isfinite(values[i])
     ]
-    words += [f"{each.readings[ANGLE.name][i]:.1f} deg" for each in tracked.bodies]
+    words += [f"{body.readings[ANGLE.name][i]:.1f} deg" for body in tracked.bodies]
     return ", ".join(words)

@@ -24,7 +24,7 @@ def write(
     frames: Sequence[str],
     time_s: np.ndarray,
     control: Mapping[str, np.ndarray],
-    told: Sequence[str],
+    sentences: Sequence[str],
     out: Path,
     config: Config,
 ) -> list[Path]:
@@ -35,7 +35,7 @@ def write(
         frames: names of the frames.
         time_s: (frames,) by the video's clock; NaN of pictures.
         control: (frames,) by column, as the pressure; NaN where the log has none.
-        told: sentences on what was found, which the TOML has as comments.
+        sentences: sentences on what was found, which the TOML has as comments.
         out: folder.
         config: that the set-up differs from.
 
@@ -48,19 +48,19 @@ def write(
     written = []
     timed = {TIME.name: time_s} if np.isfinite(time_s).all() else {}
     for name, body in fingers.items():
-        columns = {each: body.readings[each] for each in body.compared}
+        columns = {column: body.readings[column] for column in body.compared}
         rows = _rows({**timed, **control}, columns)
         csv = out / f"{name}.csv"
         head = list(rows[0]) if rows else [*timed, *control, *columns]
         whole.write_together({
             csv: table.lines([dict(zip(head, head, strict=True)), *rows], head),
-            csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, columns, told)),
+            csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, columns, sentences)),
         })  # fmt: skip
-        errors = {f"noise_{each}": values for each, values in body.noise.items()}
-        errors |= {f"common_{each}": values for each, values in body.common.items()}
+        errors = {f"noise_{column}": values for column, values in body.noise.items()}
+        errors |= {f"common_{column}": values for column, values in body.common.items()}
         every = {**timed, **control, **body.readings, **errors}
         by_frame = [
-            {"frame": frame, **{each: _text(values[i]) for each, values in every.items()}}
+            {"frame": frame, **{column: _text(values[i]) for column, values in every.items()}}
             for i, frame in enumerate(frames)
         ]
         table.write(out / f"{name}_frames.csv", by_frame)
@@ -79,25 +79,25 @@ def _rows(
     kept = np.flatnonzero(there)
     kept = kept[:: -(-len(kept) // MOST_ROWS) or 1]
     every = {**control, **columns}
-    return [{name: _text(each[i]) for name, each in every.items()} for i in kept]
+    return [{name: _text(values[i]) for name, values in every.items()} for i in kept]
 
 
 def _text(value: float) -> str:
     return f"{value + 0.0:.6g}" if np.isfinite(value) else ""
 
 
-def _setup(body: Body, columns: Mapping[str, Any], told: Sequence[str]) -> Any:
+def _setup(body: Body, columns: Mapping[str, Any], sentences: Sequence[str]) -> Any:
     document = tomlkit.document()
     for text in (
-        *told,
+        *sentences,
         *(f"{name}: {what}" for name, what in body.defined.items() if name in columns),
     ):
         document.add(tomlkit.comment(" ".join(text.split())))
     document.add("experiment", "bending")
     camera = tomlkit.table()
     if body.from_clamp:
-        rest = [[round(float(x), 3), round(float(z), 3)] for x, z in body.rest_mm]
-        camera.add("markers", rest)
+        markers = [[round(float(x), 3), round(float(z), 3)] for x, z in body.rest_mm]
+        camera.add("markers", markers)
         document.add("camera", camera)
     noise, drifting = tomlkit.table(), tomlkit.table()
     for name in columns:

@@ -56,9 +56,9 @@ class Tags:
         corners, numbers, _ = self._detector.detectMarkers(grey)
         if numbers is None:
             return {}
-        found = zip(numbers.ravel().tolist(), corners, strict=True)
+        pairs = zip(numbers.ravel().tolist(), corners, strict=True)
         return {
-            number: _sharpened(grey, each.reshape(4, 2).astype(float)) for number, each in found
+            number: _sharpened(grey, quad.reshape(4, 2).astype(float)) for number, quad in pairs
         }
 
     def step(self, image: Image) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -77,7 +77,7 @@ class Tags:
             if number in there:
                 corners[i] = there[number]
         seen = np.isfinite(corners[:, 0, 0]).astype(float)
-        return np.array([_centre(each) for each in corners]), seen, corners
+        return np.array([_centre(quad) for quad in corners]), seen, corners
 
 
 def _sharpened(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -106,11 +106,11 @@ def _sharpened(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
             near = off <= 2 * np.sqrt(np.mean(off**2)) + 1e-9
             steps, edge = steps[near], edge[near]
         lines.append((start + zero * out, along + slope * out))
-    found = []
+    points = []
     for (first, one), (second, other) in zip(np.roll(lines, 1, axis=0), lines, strict=True):
         step = np.linalg.solve(np.column_stack([one, -other]), second - first)
-        found.append(first + step[0] * one)
-    return np.array(found)
+        points.append(first + step[0] * one)
+    return np.array(points)
 
 
 def _centre(corners: np.ndarray) -> np.ndarray:

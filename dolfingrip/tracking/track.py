@@ -49,43 +49,43 @@ class Tracked:
 
 
 def synchronise(
-    watched: Watched, found: Sequence[Body], log: Mapping[str, np.ndarray], asked: TrackAsked
+    watched: Watched, fingers: Sequence[Body], log: Mapping[str, np.ndarray], request: TrackAsked
 ) -> Clock:
     """Bring the log and the video together.
 
     Args:
         watched: what was seen.
-        found: the fingers, whose motion may tell the shift.
+        fingers: the fingers, whose motion may tell the shift.
         log: ``time_s``, ``pressure_kPa`` and, where something is told to show in both, ``event``.
-        asked: what is told.
+        request: what is told.
 
     Raises:
         ConfigError: one line, where nothing common is seen.
     """
     time_s, log_s = watched.points.time_s, log[TIME.name]
     step, log_step = float(np.median(np.diff(time_s))), float(np.median(np.diff(log_s)))
-    if asked.shift_s is not None:
-        return Clock(asked.shift_s, 1.0, step / np.sqrt(12), "what was told")
-    if asked.light_px is not None:
+    if request.shift_s is not None:
+        return Clock(request.shift_s, 1.0, step / np.sqrt(12), "what was told")
+    if request.light_px is not None:
         seen = clocks.steps_up(time_s, watched.light)
-        told = clocks.steps_up(log_s, log["event"])
-        return clocks.by_events(told, seen, log_step, step, "a light")
-    if asked.knock:
+        logged = clocks.steps_up(log_s, log["event"])
+        return clocks.by_events(logged, seen, log_step, step, "a light")
+    if request.knock:
         seen = clocks.knock(time_s, watched.points.px.reshape(len(time_s), -1))
-        told = clocks.knock(log_s, log["event"][:, None])
-        return clocks.by_events(told, seen, log_step, step, "a knock")
-    motion = found[0].readings[ANGLE.name]
+        logged = clocks.knock(log_s, log["event"][:, None])
+        return clocks.by_events(logged, seen, log_step, step, "a knock")
+    motion = fingers[0].readings[ANGLE.name]
     return clocks.by_motion(log_s, log[PRESSURE.name], time_s, motion)
 
 
 def understand(
-    watched: Watched, asked: TrackAsked, log: Mapping[str, np.ndarray] | None, config: Config
+    watched: Watched, request: TrackAsked, log: Mapping[str, np.ndarray] | None, config: Config
 ) -> Tracked:
     """Turn what was seen into readings.
 
     Args:
         watched: what was seen.
-        asked: what is told.
+        request: what is told.
         log: of the pressure; None: states of pictures are told, or nothing.
         config: of the finger, which has its width.
 
@@ -93,23 +93,23 @@ def understand(
         ConfigError: one line, where scale, clock or states are missing.
     """
     width = float(getattr(config.geometry, "width_mm", 20.0))
-    camera = calibrate(watched, asked, width)
-    found = []
-    for own in watched.fingers:
-        points = watched.points.part(own)
-        found.append(bodies.read(points, camera, asked.clamp_px, asked.side))
+    camera = calibrate(watched, request, width)
+    fingers = []
+    for numbers in watched.fingers:
+        points = watched.points.part(numbers)
+        fingers.append(bodies.read(points, camera, request.clamp_px, request.side))
     clock = None
     control: dict[str, np.ndarray] = {}
     if log is not None:
-        clock = synchronise(watched, found, log, asked)
+        clock = synchronise(watched, fingers, log, request)
         at = clock.of(watched.points.time_s)
         inside = (at >= log[TIME.name][0]) & (at <= log[TIME.name][-1])
         pressure = np.interp(at, log[TIME.name], log[PRESSURE.name])
         control[PRESSURE.name] = np.where(inside, pressure, np.nan)
-    elif asked.states:
-        for name in next(iter(asked.states.values())):
+    elif request.states:
+        for name in next(iter(request.states.values())):
             values = [
-                asked.states.get(frame, {}).get(name, np.nan) for frame in watched.points.names
+                request.states.get(frame, {}).get(name, np.nan) for frame in watched.points.names
             ]
             control[name] = np.array(values)
     else:
@@ -117,18 +117,18 @@ def understand(
             "nothing tells the pressure of the frames; allowed: --log LOG.csv for a video, "
             '--states "{pressure_kPa}.jpg" or a table for pictures'
         )
-    told, doubts = _sentences(watched, camera, found, clock)
-    return Tracked(watched, camera, found, clock, control, told, doubts)
+    sentences, doubts = _sentences(watched, camera, fingers, clock)
+    return Tracked(watched, camera, fingers, clock, control, sentences, doubts)
 
 
 def _sentences(
-    watched: Watched, camera: Calibration, found: Sequence[Body], clock: Clock | None
+    watched: Watched, camera: Calibration, fingers: Sequence[Body], clock: Clock | None
 ) -> tuple[list[str], list[str]]:
     points = watched.points
     middle = np.nanmean(points.px.reshape(-1, 2), axis=0)
     scale, spread = camera.scale(middle)
     front = float(np.sqrt(camera.covariance[plane.FRONT, plane.FRONT]))
-    told = [
+    sentences = [
         f"scale by {camera.by}: {scale:.4f} mm/px ± {100 * spread:.2f} % at the points, "
         f"{camera.mean[plane.FRONT]:.1f} ± {front:.1f} mm in front of it"
     ]
@@ -140,34 +140,34 @@ def _sentences(
             if camera.determined(plane.F)
             else "not determined"
         )
-        told.append(
+        sentences.append(
             f"camera: {camera.tilt_deg:.1f}° from the sheet's normal, focal length {focal}, "
             f"distortion k1 {k1}, corners to {camera.residual_px:.2f} px"
         )
-    for i, (own, each) in enumerate(zip(watched.fingers, found, strict=True), 1):
-        lost = np.isnan(points.px[:, own, 0])
-        noise = np.mean(points.part(own).noise_px())
-        told.append(
-            f"finger {i}: {len(own)} points, bends to the {each.bends}; noise "
+    for i, (numbers, finger) in enumerate(zip(watched.fingers, fingers, strict=True), 1):
+        lost = np.isnan(points.px[:, numbers, 0])
+        noise = np.mean(points.part(numbers).noise_px())
+        sentences.append(
+            f"finger {i}: {len(numbers)} points, bends to the {finger.bends}; noise "
             f"{noise:.2f} px; {lost.sum()} of {lost.size} entries lost"
         )
         if lost.mean() > 0.2:
             doubts.append(f"finger {i}: {100 * lost.mean():.0f} % of its entries are lost")
-        if ANGLE.name in each.compared and points.corners_px is None:
+        if ANGLE.name in finger.compared and points.corners_px is None:
             doubts.append(
                 f"finger {i}: nothing tells where the clamp is (--clamp), so its angle alone is "
                 "compared, as that of the tip's face; it is that of a line, which turns less"
             )
-        if abs(each.askew_deg) > 3:
-            doubts.append(f"finger {i}: at rest it is {each.askew_deg:.1f}° askew to the sheet")
+        if abs(finger.askew_deg) > 3:
+            doubts.append(f"finger {i}: at rest it is {finger.askew_deg:.1f}° askew to the sheet")
     if clock is not None:
         drift = f", {1e6 * (clock.rate - 1):.0f} ppm of drift" if clock.rate != 1 else ""
-        told.append(
+        sentences.append(
             f"clock by {clock.by}: first frame at {clock.shift_s:.3f} ± {clock.std_s:.3f} s of the "
             f"log{drift}"
         )
         doubts += [f"clock: {clock.doubt}"] if clock.doubt else []
-    return told, doubts
+    return sentences, doubts
 
 
 def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
@@ -183,7 +183,7 @@ def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
         The CSV files.
     """
     several = len(tracked.bodies) > 1
-    fingers = {f"{name}_{i}" if several else name: each for i, each in enumerate(tracked.bodies, 1)}
+    fingers = {f"{name}_{i}" if several else name: body for i, body in enumerate(tracked.bodies, 1)}
     points = tracked.watched.points
     frames, control = points.names, tracked.control
     return table.write(fingers, frames, points.time_s, control, tracked.told, out, config)

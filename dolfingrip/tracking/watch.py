@@ -48,12 +48,12 @@ class Watched:
     size_px: tuple[int, int]
 
 
-def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watched:
+def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Watched:
     """Go through the frames once and follow the points.
 
     Args:
         source: of the frames.
-        asked: what is told.
+        request: what is told.
         out: folder of the picture that is written where nothing is found.
         show: gets the number of frames done, and of all.
 
@@ -70,9 +70,9 @@ def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watc
     for frame in source:
         if first is None:
             first = frame
-            sheet = max(SHEETS.values(), key=lambda each: len(each.find(frame.image)[0]))
+            sheet = max(SHEETS.values(), key=lambda printed: len(printed.find(frame.image)[0]))
             try:
-                follower, fingers = _begin(frame.image, asked)
+                follower, fingers = _begin(frame.image, request)
             except ConfigError as error:
                 overlay.picture(out / "seen.png", frame.image)
                 raise ConfigError(
@@ -80,8 +80,8 @@ def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watc
                 ) from None
         assert sheet is not None
         if not frame.time_s < sought + SHEET_EVERY_S:
-            found = sheet.find(frame.image)
-            corners += [found] if len(found[0]) else []
+            sighting = sheet.find(frame.image)
+            corners += [sighting] if len(sighting[0]) else []
             sought = frame.time_s
         jumps = np.isnan(frame.time_s) and isinstance(follower, Follower)
         step = follower.anew if jumps else follower.step
@@ -91,7 +91,7 @@ def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watc
         places.append(px)
         shares.append(seen)
         tags += tag_corners
-        light.append(_brightness(frame.image, asked.light_px))
+        light.append(_brightness(frame.image, request.light_px))
         show(len(names), max(source.expected, len(names)))
     assert first is not None
     points = TrackedPoints(
@@ -99,7 +99,7 @@ def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watc
         np.array(tags) if tags else None,
         follower.radius_px,
     )  # fmt: skip
-    fingers = [own if body.clamp_end_first(points.px[:, own]) else own[::-1] for own in fingers]
+    fingers = [way if body.clamp_end_first(points.px[:, way]) else way[::-1] for way in fingers]
     return Watched(
         points,
         fingers,
@@ -110,13 +110,15 @@ def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watc
     )
 
 
-def _begin(image: Image, asked: TrackAsked) -> tuple[Any, list[np.ndarray]]:
+def _begin(image: Image, request: TrackAsked) -> tuple[Any, list[np.ndarray]]:
     """Begin to follow points; returns what does so, and the order along each finger."""
-    if asked.tags is not None:
-        tags = Tags(asked.tags, image)
-        return tags, order.fingers(tags.places, asked.fingers)
-    colour, places = dots.learn(image, asked.colour, asked.count, asked.fingers, asked.points_px)
-    fingers = order.fingers(places, asked.fingers)
+    if request.tags is not None:
+        tags = Tags(request.tags, image)
+        return tags, order.fingers(tags.places, request.fingers)
+    colour, places = dots.learn(
+        image, request.colour, request.count, request.fingers, request.points_px
+    )
+    fingers = order.fingers(places, request.fingers)
     return Follower(colour, places, fingers), fingers
 
 
@@ -137,11 +139,11 @@ def doubtful(watched: Watched) -> dict[int, str]:
     points = watched.points
     lost = np.isnan(points.px[..., 0])
     partly = (points.seen > 0) & (points.seen < dots.POLICY.part_seen)
-    found = {}
+    reasons = {}
     for i in np.argsort(-(10 * lost.sum(axis=1) + partly.sum(axis=1)), kind="stable"):
         if not (lost[i].any() or partly[i].any()):
             break
         words = [f"{lost[i].sum()} points lost"] if lost[i].any() else []
         words += [f"{partly[i].sum()} partly hidden"] if partly[i].any() else []
-        found[int(i)] = ", ".join(words)
-    return found
+        reasons[int(i)] = ", ".join(words)
+    return reasons
