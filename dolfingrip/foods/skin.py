@@ -53,5 +53,5 @@ def sampled(
     source = source.moved(-source.centre_mm)
     beyond = MARGIN_CELLS * grid_mm + smoothing_mm
     low, high = source.points.min(axis=0) - beyond, source.points.max(axis=0) + beyond
-    found = SampledDistance.of(source.distances_mm, low, high, grid_mm, smoothing_mm)
-    return found, skin_of(found, np.maximum(-low, high) - grid_mm)
+    distance = SampledDistance.of(source.distances_mm, low, high, grid_mm, smoothing_mm)
+    return distance, skin_of(distance, np.maximum(-low, high) - grid_mm)
