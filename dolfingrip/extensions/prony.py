@@ -59,11 +59,11 @@ class Prony(Effect):
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         g, tau = site.constant(self, "g"), site.constant(self, "tau_s")
         instantaneous = site.mu / (1 - sum(g[i] for i in range(len(self.g))))
-        identity = np.eye(3)
-        c_inverse = site.remember(self, "C_inverse", identity)
+        rest = np.eye(3)
+        c_inverse = site.remember(self, "C_inverse", rest)
         branches = []
         for i in range(len(self.g)):
-            a = site.remember(self, f"A{i + 1}", identity)
+            a = site.remember(self, f"A{i + 1}", rest)
             now, c_now = transient_network.update(site.strain, a, c_inverse, site.step_s, tau[i])
             site.history.evolve(a, now)
             branches.append((g[i] * instantaneous, a, tau[i]))
