@@ -204,7 +204,7 @@ def _free(expr: Expr) -> dict[int, int]:
 def _list_tensor(axis: int) -> Callable[..., Array]:
     """Components that differ in their number of sets alone, after the free indices."""
 
-    def found(*parts: Array) -> Array:
+    def stacked(*parts: Array) -> Array:
         shape = parts[0].shape
         sets = max(part.shape[-1] for part in parts)
         made = np.empty((len(parts), *shape[:-1], sets))
@@ -212,7 +212,7 @@ def _list_tensor(axis: int) -> Callable[..., Array]:
             made[i] = part
         return np.moveaxis(made, 0, axis)
 
-    return found
+    return stacked
 
 
 def _indexed(expr: Expr) -> Callable[[Array], Array]:
@@ -338,10 +338,10 @@ def _either(condition: Array, a: Array, b: Array) -> Array:
 
 
 def _compare(function: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
-    def found(a: Array, b: Array) -> Array:
+    def compared(a: Array, b: Array) -> Array:
         return np.where(function(a[..., :1, :], b[..., :1, :]), 1.0, 0.0)
 
-    return found
+    return compared
 
 
 _SIMPLE: Final[Mapping[type, Callable[..., Array]]] = {

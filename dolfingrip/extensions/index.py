@@ -45,7 +45,7 @@ EFFECTS: tuple[type[Effect], ...] = tuple(
             ],
             Effect,
         ).values(),
-        key=lambda each: (get_args(Kind).index(each.kind), each.place, each.name()),
+        key=lambda effect: (get_args(Kind).index(effect.kind), effect.place, effect.name()),
     )
 )
 """All effects, one a file of this folder or of a plugin (:func:`dolfingrip.plugin`): by kind in the

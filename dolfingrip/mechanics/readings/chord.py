@@ -108,7 +108,7 @@ def back_edge(model: Model, region: str) -> np.ndarray:
     back = nodes[inside]
     z = back[back[:, 0] <= lowest + LEVEL * _extent(model), 2]
     nearest = model.comm.allgather(z[np.abs(z - middle).argmin()] if len(z) else np.inf)
-    level = min(nearest, key=lambda each: abs(each - middle))
+    level = min(nearest, key=lambda z: abs(z - middle))
     return edge(model, lambda x: np.hypot(x[:, 0] - lowest, x[:, 2] - level))
 
 
