@@ -78,7 +78,7 @@ def forecast(config: Config) -> Ballooning | None:
         Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio)
         for wall, radius in _balloons(config)
     ]
-    return min(forecasts, key=lambda each: each.pressure_kPa, default=None)
+    return min(forecasts, key=lambda balloon: balloon.pressure_kPa, default=None)
 
 
 def _balloons(config: Config) -> Iterator[tuple[float, float]]:

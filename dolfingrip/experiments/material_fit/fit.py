@@ -140,7 +140,7 @@ def fit(law: Law, data: Sequence[CouponSeries]) -> LawFit:
     if len(starts) > STARTS:
         starts = _likeliest(law, data, starts)
     solutions = [_solved(law, residuals, start, scale) for start in starts]
-    values = np.asarray(min(solutions, key=lambda each: float(each.cost)).x)
+    values = np.asarray(min(solutions, key=lambda solution: float(solution.cost)).x)
     left = residuals(values)
     correlation, effective = _correlation(left, data)
     variance = residual_variance(float(left @ left), len(values), effective, data)
@@ -243,7 +243,7 @@ def _likeliest(law: Law, data: Sequence[CouponSeries], starts: Sequence[Values])
         best, left = nnls(basis, measured_MPa(data) / tolerance)
         scaled[moduli] = np.maximum(best, NEGLIGIBLE * best.max())
         ranked.append((float(left), scaled))
-    return [start for _, start in sorted(ranked, key=lambda each: each[0])[:STARTS]]
+    return [start for _, start in sorted(ranked, key=lambda pair: pair[0])[:STARTS]]
 
 
 def _solved(
