@@ -289,10 +289,10 @@ def cavity_of_supply(column: str) -> str | None:
     Args:
         column: of a table.
     """
-    found = re.fullmatch(rf"{OF_CAVITIES}([1-9]\d*){SUPPLY}", column)
-    if found is None:
+    match = re.fullmatch(rf"{OF_CAVITIES}([1-9]\d*){SUPPLY}", column)
+    if match is None:
         return None
-    return "cavity" if found[1] == "1" else f"{OF_CAVITIES}{found[1]}"
+    return "cavity" if match[1] == "1" else f"{OF_CAVITIES}{match[1]}"
 
 
 def _numbered(name: str) -> str:
@@ -352,10 +352,10 @@ def at_marker(column: str) -> Channel | None:
     Args:
         column: of a table.
     """
-    found = re.fullmatch(r"marker_([1-9]\d*)_([xz])_mm|curvature_([1-9]\d*)_per_m", column)
-    if found is None:
+    match = re.fullmatch(r"marker_([1-9]\d*)_([xz])_mm|curvature_([1-9]\d*)_per_m", column)
+    if match is None:
         return None
-    return curvature(int(found[3])) if found[3] else marker(int(found[1]), found[2])
+    return curvature(int(match[3])) if match[3] else marker(int(match[1]), match[2])
 
 
 OBSTACLE: Final = tuple(
@@ -549,10 +549,10 @@ class _Channels(dict[str, Channel]):
     """Channels by name; those of markers, of any number, are made on request."""
 
     def __missing__(self, name: str) -> Channel:
-        found = at_marker(name)
-        if found is None:
+        channel = at_marker(name)
+        if channel is None:
             raise KeyError(name)
-        return found
+        return channel
 
 
 CHANNELS: Final = _Channels(
@@ -565,25 +565,25 @@ CHANNELS: Final = _Channels(
 
 def read_of(*parts: Part) -> tuple[Channel, ...]:
     """Channels that are read of these parts; controls are not among them."""
-    return tuple(each for each in CHANNELS.values() if set(each.of) & set(parts))
+    return tuple(channel for channel in CHANNELS.values() if set(channel.of) & set(parts))
 
 
 def readings(*parts: Part) -> tuple[Channel, ...]:
     """Channels that instruments read of these parts, part by part, by name."""
-    found = [
+    by_part = [
         sorted((c for c in read_of(part) if c.plausible), key=lambda c: c.name) for part in parts
     ]
-    return tuple(dict.fromkeys(each for some in found for each in some))
+    return tuple(dict.fromkeys(channel for some in by_part for channel in some))
 
 
 def measured() -> tuple[Channel, ...]:
     """Channels that instruments read, and controls and time."""
-    return tuple(each for each in CHANNELS.values() if each.plausible is not None)
+    return tuple(channel for channel in CHANNELS.values() if channel.plausible is not None)
 
 
 def of_plugins(*parts: Part) -> tuple[Any, ...]:
     """Functions by which plugins read these parts."""
-    return tuple(each.reading for each in read_of(*parts) if callable(each.reading))
+    return tuple(channel.reading for channel in read_of(*parts) if callable(channel.reading))
 
 
 for _plugin in plugins.of_group("readings"):  # last, as its file imports this one

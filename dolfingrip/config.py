@@ -127,9 +127,9 @@ def load(
     tables.put(data, defaults, replace=False)
     tables.put(data, overrides)
     tables.anchor(data, Path())
-    found = from_dict(data)
+    config = from_dict(data)
     # with a mesh file, the table of another kind may say what the mesh was made of
-    return followed(found, overrides) if found.geometry.of_file else found
+    return followed(config, overrides) if config.geometry.of_file else config
 
 
 def changed(config: Config, change: Change) -> Config:
@@ -160,12 +160,12 @@ def followed(config: Config, change: Change) -> Config:
     """
     geometry, table = config.geometry, config.geometry_table
     # of another kind, commands take the outer dimensions from the table
-    told = geometry.effort if geometry.of_file else ("kind", "length_mm", "width_mm", "depth_mm")
+    allowed = geometry.effort if geometry.of_file else ("kind", "length_mm", "width_mm", "depth_mm")
     # whoever names the file, too, tells what it is of
     stays = config.mesh.file is not None and "mesh.file" not in change
     for key, value in change.items() if stays else ():
         section, _, name = key.partition(".")
-        if section == table and name and name not in told:
+        if section == table and name and name not in allowed:
             raise ConfigError(
                 f"{key} = {value}: a dimension of the solid in mesh.file, which stays as it is; "
                 "allowed: draw it anew and adopt it"
@@ -205,14 +205,14 @@ def felt(
         ConfigError: one line, if the mesh file cannot be read.
     """
     plain = config.model_dump(mode="json") if isinstance(config, Config) else config
-    found = Config.counted(plain, parts)
-    if found["protocol"].get("time_s"):
-        found["experiment"] = {k: v for k, v in found["experiment"].items() if k == "snaps"}
+    counted = Config.counted(plain, parts)
+    if counted["protocol"].get("time_s"):
+        counted["experiment"] = {k: v for k, v in counted["experiment"].items() if k == "snaps"}
     for name in ("mesh", "obstacle"):
-        if not (file := found.get(name, {}).get("file")):
+        if not (file := counted.get(name, {}).get("file")):
             continue
         try:
-            found[name]["file"] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
+            counted[name]["file"] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
         except OSError as error:
             raise ConfigError(f"{name}.file = {file}: {error.strerror}") from None
-    return {name: values for name, values in found.items() if values}
+    return {name: values for name, values in counted.items() if values}

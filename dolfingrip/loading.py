@@ -80,10 +80,10 @@ class _LoadedElsewhere(MetaPathFinder):
         """Find one of these modules, and no other one."""
         if fullname not in SETTINGS:
             return None
-        found = PathFinder.find_spec(fullname, path, target)
-        if found is not None and found.loader is not None:
-            found.loader = _Elsewhere(found.loader)
-        return found
+        spec = PathFinder.find_spec(fullname, path, target)
+        if spec is not None and spec.loader is not None:
+            spec.loader = _Elsewhere(spec.loader)
+        return spec
 
 
 class _SolverOfWheel(MetaPathFinder):

@@ -112,7 +112,7 @@ sys.meta_path.append(_Files())
 def files() -> Mapping[str, Path]:
     """Return the files that were named, by the names of their modules."""
     named = os.environ.get(VARIABLE, "").split(os.pathsep)
-    return {Path(each).stem: Path(each) for each in named if each}
+    return {Path(file).stem: Path(file) for file in named if file}
 
 
 def add(path: os.PathLike[str] | str) -> None:
@@ -156,11 +156,11 @@ def taken(arguments: Sequence[str]) -> list[str]:
     plugins: list[str] = []
     others: list[str] = []
     left = iter(arguments)
-    for each in left:
-        if each != "--plugin" and not each.startswith("--plugin="):
-            others.append(each)
+    for argument in left:
+        if argument != "--plugin" and not argument.startswith("--plugin="):
+            others.append(argument)
             continue
-        path = next(left, "") if each == "--plugin" else each.removeprefix("--plugin=")
+        path = next(left, "") if argument == "--plugin" else argument.removeprefix("--plugin=")
         if not path:
             raise PluginError("--plugin: allowed: --plugin FILE.py")
         add(path)
@@ -182,10 +182,10 @@ def of_group(group: str) -> Iterator[Plugin]:
         if group in _groups(file):
             yield Plugin(f"{__name__}.{stem}", str(file))
     for entry in _installed().select(group=f"dolfingrip.{group}"):
-        found = find_spec(entry.module)
-        if found is None or found.origin is None or entry.dist is None:
+        spec = find_spec(entry.module)
+        if spec is None or spec.origin is None or entry.dist is None:
             raise PluginError(f"dolfingrip.{group}: {entry.value}: no such module")
-        yield Plugin(entry.module, found.origin, f"{entry.dist.name} {entry.dist.version}")
+        yield Plugin(entry.module, spec.origin, f"{entry.dist.name} {entry.dist.version}")
 
 
 def digests(*things: Any) -> dict[str, str]:
@@ -196,11 +196,11 @@ def digests(*things: Any) -> dict[str, str]:
     """
     modules = [
         getattr(base, "__module__", "")
-        for each in things
-        for base in getattr(each, "__mro__", [each])
+        for definition in things
+        for base in getattr(definition, "__mro__", [definition])
     ]
     used = {name: _LOADED[name] for name in modules if name in _LOADED}
-    return {name: f"{each.digest} {each.version}".rstrip() for name, each in used.items()}
+    return {name: f"{loaded.digest} {loaded.version}".rstrip() for name, loaded in used.items()}
 
 
 def digests_of_files() -> dict[str, str]:
@@ -245,15 +245,15 @@ def _groups(file: Path) -> frozenset[str]:
     names: set[str] = set()
     for node in tree.body:
         if isinstance(node, ast.ImportFrom):
-            names |= {f"{node.module}.{each.name}." for each in node.names}
+            names |= {f"{node.module}.{alias.name}." for alias in node.names}
         elif isinstance(node, ast.Import):
-            names |= {f"{each.name}." for each in node.names}
-    found = frozenset(
+            names |= {f"{alias.name}." for alias in node.names}
+    groups = frozenset(
         group
         for group, room in GROUPS.items()
         if any(name.startswith(f"{room}.") for name in names)
     )
-    if not found:
+    if not groups:
         rooms = ", ".join(GROUPS.values())
         raise PluginError(f"--plugin {file}: allowed: a file that imports from one of {rooms}")
-    return found
+    return groups

@@ -27,7 +27,7 @@ def volume_density(u: Expr, domain: ufl.Mesh) -> Expr:
         >>> from dolfingrip.forms.evaluate import SOLID, displacement, number
         >>> swollen = displacement([[1.1, 0, 0], [0, 1.1, 0], [0, 0, 1.1]])
         >>> wall = {ufl.FacetNormal(SOLID): (-1, 0, 0)}
-        >>> round(3 * number(volume_density(swollen, SOLID), at=(1.0, 0.5, 0.5), known=wall), 9)
+        >>> round(3 * number(volume_density(swollen, SOLID), at=(1.0, 0.5, 0.5), symbols=wall), 9)
         1.331
     """
     x = ufl.SpatialCoordinate(domain) + u

@@ -75,8 +75,8 @@ def once[T](strain: Expr, name: str, compute: Callable[[], T]) -> T:
         return compute()
     if name not in label.shared:
         label.shared[name] = compute()
-    found: T = label.shared[name]
-    return found
+    shared: T = label.shared[name]
+    return shared
 
 
 def by_variable(density: Expr, variable: Expr) -> Expr:
@@ -99,7 +99,7 @@ def by_variable(density: Expr, variable: Expr) -> Expr:
     held, back = _held(density)
     if not back:
         return ufl.diff(density, variable)
-    found = ufl.replace(_expanded(ufl.diff(held, variable)), back)
+    derivative = ufl.replace(_expanded(ufl.diff(held, variable)), back)
     for place, mark in back.items():
         label, one = mark.label(), ufl.variable(place)
         if label.slope is None:
@@ -108,8 +108,8 @@ def by_variable(density: Expr, variable: Expr) -> Expr:
         if label.strain is not variable:
             slope = _through(slope, label.strain, variable)
         share = _expanded(ufl.diff(ufl.replace(held, {place: one}), one))
-        found += ufl.replace(share, {one: mark, **back}) * slope
-    return found
+        derivative += ufl.replace(share, {one: mark, **back}) * slope
+    return derivative
 
 
 def _through(slope: Expr, strain: Expr, variable: Expr) -> Expr:
@@ -135,7 +135,7 @@ def along(stress: Expr, field: Expr, way: Expr) -> Expr:
     held, back = _held(stress)
     if not back:
         return ufl.derivative(stress, field, way)
-    found = ufl.replace(_expanded(ufl.derivative(held, field, way)), back)
+    derivative = ufl.replace(_expanded(ufl.derivative(held, field, way)), back)
     rates: dict[Expr, Expr] = {}
     for place, mark in back.items():
         label = mark.label()
@@ -147,13 +147,13 @@ def along(stress: Expr, field: Expr, way: Expr) -> Expr:
         if not isinstance(strain_rate, Zero):
             change, within = _held(label.rate(strain_rate))
             share = _expanded(ufl.derivative(held, place, change))
-            found += ufl.replace(share, {**back, **within})
-    return found
+            derivative += ufl.replace(share, {**back, **within})
+    return derivative
 
 
 def _marks(expression: Expr) -> Sequence[Variable]:
     """The marked functions in an expression, each once, without those inside them."""
-    found: dict[int, Variable] = {}
+    marks: dict[int, Variable] = {}
     seen: set[int] = set()
     left = [expression]
     while left:
@@ -162,10 +162,10 @@ def _marks(expression: Expr) -> Sequence[Variable]:
             continue
         seen.add(id(node))
         if isinstance(node, Variable) and isinstance(node.label(), KnownDerivatives):
-            found[node.label().count()] = node
+            marks[node.label().count()] = node
         else:
             left.extend(node.ufl_operands)
-    return [found[count] for count in sorted(found)]
+    return [marks[count] for count in sorted(marks)]
 
 
 def _held(expression: Expr) -> tuple[Expr, dict[Expr, Variable]]:

@@ -19,14 +19,14 @@ from dolfingrip.forms.evaluate_many import SOLID, Array, Evaluation, constant
 def number(
     expression: Expr | float,
     at: Sequence[float] = (),
-    known: Mapping[Expr, Array | float] | None = None,
+    symbols: Mapping[Expr, Array | float] | None = None,
 ) -> float:
     """Value of a scalar expression, after its derivatives have been carried out.
 
     Args:
-        expression: a scalar of constants, the coordinates and the symbols in ``known``.
+        expression: a scalar of constants, the coordinates and ``symbols``.
         at: coordinates (mm), if the expression contains them.
-        known: values of other symbols, such as the facet normal.
+        symbols: values of symbols, such as the facet normal.
 
     Example:
         >>> x = ufl.variable(ufl.as_ufl(3.0))
@@ -34,9 +34,9 @@ def number(
         6.0
     """
     plain = apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))
-    values = {ufl.SpatialCoordinate(SOLID): np.asarray(at), **(known or {})}
-    (found,) = Evaluation([plain])({key: constant(value) for key, value in values.items()})
-    return float(found[0, 0])
+    values = {ufl.SpatialCoordinate(SOLID): np.asarray(at), **(symbols or {})}
+    (scalar,) = Evaluation([plain])({key: constant(value) for key, value in values.items()})
+    return float(scalar[0, 0])
 
 
 def displacement(gradient: Sequence[Sequence[float]]) -> Expr:
@@ -61,6 +61,6 @@ def nominal_stress(density: Callable[[Expr], Expr], stretch: float, *, held: boo
     """
     along = ufl.variable(ufl.as_ufl(float(stretch)))
     across = ufl.as_ufl(1.0) if held else 1 / ufl.sqrt(along)
-    strains = [(each**2 - 1) / 2 for each in (across, across, along)]
+    strains = [(ratio**2 - 1) / 2 for ratio in (across, across, along)]
     strain = ufl.as_matrix([[strains[i] if i == j else 0 for j in range(3)] for i in range(3)])
     return number(chain_rule.by_variable(density(strain), along))

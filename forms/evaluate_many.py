@@ -38,9 +38,9 @@ def constant(value: Array | float, *, by_set: bool = False) -> Array:
     value = np.asarray(value, dtype=float)
     if not by_set:
         value = value[..., None]
-    found = np.zeros((*value.shape[:-1], PARTS, value.shape[-1]))
-    found[..., 0, :] = value
-    return found
+    parts = np.zeros((*value.shape[:-1], PARTS, value.shape[-1]))
+    parts[..., 0, :] = value
+    return parts
 
 
 def variable(value: Array, which: int) -> Array:
@@ -50,9 +50,9 @@ def variable(value: Array, which: int) -> Array:
         value: (sets,).
         which: 0 or 1, its place among the derivatives.
     """
-    found = constant(value, by_set=True)
-    found[1 + which] = 1.0
-    return found
+    parts = constant(value, by_set=True)
+    parts[1 + which] = 1.0
+    return parts
 
 
 class Evaluation:
@@ -79,7 +79,7 @@ class Evaluation:
         self._steps: list[_Step] = []
         places: dict[int, int] = {}
         same: dict[Hashable, int] = {}  # equal expressions are computed once
-        wanted = [ufl.as_ufl(each) for each in expressions]
+        wanted = [ufl.as_ufl(expr) for expr in expressions]
         left = [*wanted]
         while left:
             top = left[-1]
@@ -92,25 +92,25 @@ class Evaluation:
                 continue
             left.pop()
             places[id(top)] = self._place(top, [places[id(part)] for part in _operands(top)], same)
-        self._wanted = [places[id(each)] for each in wanted]
+        self._wanted = [places[id(expr)] for expr in wanted]
         self._given: list[Array | None] = [None] * len(self._symbols)
         self._kept: list[Array | None] = [None] * len(self._steps)
 
-    def _place(self, each: Expr, operands: list[int], same: dict[Hashable, int]) -> int:
+    def _place(self, expr: Expr, operands: list[int], same: dict[Hashable, int]) -> int:
         """Where the value of an expression stands among the steps."""
-        if isinstance(each, node.Variable):
+        if isinstance(expr, node.Variable):
             return operands[0]
-        indices = [part for part in each.ufl_operands if isinstance(part, node.MultiIndex)]
-        key: Hashable = (type(each), *operands, *indices) if each.ufl_operands else each
+        indices = [part for part in expr.ufl_operands if isinstance(part, node.MultiIndex)]
+        key: Hashable = (type(expr), *operands, *indices) if expr.ufl_operands else expr
         if key not in same:
             same[key] = len(self._steps)
             depends_on = 0
             for operand in operands:
                 depends_on |= self._steps[operand].depends_on
-            rule = _rule(each)
+            rule = _rule(expr)
             if rule is None:
                 depends_on = 1 << len(self._symbols)
-                self._symbols.append(each)
+                self._symbols.append(expr)
             self._steps.append(_Step(rule, tuple(operands), depends_on))
         return same[key]
 
@@ -133,13 +133,13 @@ class Evaluation:
                 values[place] = next(given)
             elif depends_on & changed or values[place] is None:
                 values[place] = rule(*[values[operand] for operand in operands])
-        found = [cast(Array, values[place]) for place in self._wanted]
+        wanted = [cast(Array, values[place]) for place in self._wanted]
         # what has changed once will change again, and need not fill memory meanwhile
         self._kept = [
             None if step.depends_on & changed else value
             for step, value in zip(self._steps, values, strict=True)
         ]
-        return found
+        return wanted
 
 
 class _Step(NamedTuple):
@@ -162,32 +162,32 @@ def _operands(expression: Expr) -> Sequence[Expr]:
     return [part for part in expression.ufl_operands if not isinstance(part, node.MultiIndex)]
 
 
-def _rule(each: Expr) -> Callable[..., Array] | None:
+def _rule(expr: Expr) -> Callable[..., Array] | None:
     """How an expression's value comes of those of its operands; None of a symbol."""
-    kind = type(each)
+    kind = type(expr)
     if kind in _SIMPLE:
         return _SIMPLE[kind]
-    if isinstance(each, node.ScalarValue):
-        return _always(constant(float(each)))
-    if isinstance(each, node.Zero):
-        return _always(constant(np.zeros((*_free(each).values(), *each.ufl_shape))))
-    if isinstance(each, node.Identity):
-        return _always(constant(np.eye(each.ufl_shape[0])))
-    if isinstance(each, node.ListTensor):
-        return _list_tensor(len(_free(each)))
-    if isinstance(each, node.Indexed):
-        return _indexed(each)
-    if isinstance(each, node.ComponentTensor):
-        return _component_tensor(each)
-    if isinstance(each, node.IndexSum):
-        (index,) = each.ufl_operands[1].indices()
-        axis = list(_free(each.ufl_operands[0])).index(index.count())
+    if isinstance(expr, node.ScalarValue):
+        return _always(constant(float(expr)))
+    if isinstance(expr, node.Zero):
+        return _always(constant(np.zeros((*_free(expr).values(), *expr.ufl_shape))))
+    if isinstance(expr, node.Identity):
+        return _always(constant(np.eye(expr.ufl_shape[0])))
+    if isinstance(expr, node.ListTensor):
+        return _list_tensor(len(_free(expr)))
+    if isinstance(expr, node.Indexed):
+        return _indexed(expr)
+    if isinstance(expr, node.ComponentTensor):
+        return _component_tensor(expr)
+    if isinstance(expr, node.IndexSum):
+        (index,) = expr.ufl_operands[1].indices()
+        axis = list(_free(expr.ufl_operands[0])).index(index.count())
         return lambda value: value.sum(axis=axis)
-    if isinstance(each, node.Product):
-        return _product(each)
-    if isinstance(each, node.Sum):
+    if isinstance(expr, node.Product):
+        return _product(expr)
+    if isinstance(expr, node.Sum):
         return np.add
-    if each._ufl_is_terminal_:
+    if expr._ufl_is_terminal_:
         return None
     raise NotImplementedError(f"{kind.__name__}: no rule")
 
@@ -196,15 +196,15 @@ def _always(value: Array) -> Callable[[], Array]:
     return lambda: value
 
 
-def _free(each: Expr) -> dict[int, int]:
+def _free(expr: Expr) -> dict[int, int]:
     """Sizes of the free indices by their numbers, in order."""
-    return dict(zip(each.ufl_free_indices, each.ufl_index_dimensions, strict=True))
+    return dict(zip(expr.ufl_free_indices, expr.ufl_index_dimensions, strict=True))
 
 
 def _list_tensor(axis: int) -> Callable[..., Array]:
     """Components that differ in their number of sets alone, after the free indices."""
 
-    def found(*parts: Array) -> Array:
+    def stacked(*parts: Array) -> Array:
         shape = parts[0].shape
         sets = max(part.shape[-1] for part in parts)
         made = np.empty((len(parts), *shape[:-1], sets))
@@ -212,13 +212,13 @@ def _list_tensor(axis: int) -> Callable[..., Array]:
             made[i] = part
         return np.moveaxis(made, 0, axis)
 
-    return found
+    return stacked
 
 
-def _indexed(each: Expr) -> Callable[[Array], Array]:
-    tensor, multi = each.ufl_operands
+def _indexed(expr: Expr) -> Callable[[Array], Array]:
+    tensor, multi = expr.ufl_operands
     before = list(_free(tensor))
-    letters = {count: 2 + place for place, count in enumerate(_free(each))}
+    letters = {count: 2 + place for place, count in enumerate(_free(expr))}
     axes: list[int] = [letters[count] for count in before]
     picks: list[int | slice] = [slice(None)] * len(before)
     for index in multi.indices():
@@ -234,39 +234,39 @@ def _indexed(each: Expr) -> Callable[[Array], Array]:
     return lambda value: value[at].transpose(moved)
 
 
-def _component_tensor(each: Expr) -> Callable[[Array], Array]:
-    inner, multi = each.ufl_operands
+def _component_tensor(expr: Expr) -> Callable[[Array], Array]:
+    inner, multi = expr.ufl_operands
     before = list(_free(inner))
     bound = [index.count() for index in multi.indices()]
     order = [before.index(count) for count in before if count not in bound]
     order += [before.index(count) for count in bound]
 
-    def found(value: Array) -> Array:
+    def transposed(value: Array) -> Array:
         return value.transpose(*order, *range(len(order), value.ndim))
 
-    return found
+    return transposed
 
 
-def _product(each: Expr) -> Callable[[Array, Array], Array]:
-    free = list(_free(each))
+def _product(expr: Expr) -> Callable[[Array, Array], Array]:
+    free = list(_free(expr))
     left, right = (
         tuple(slice(None) if count in _free(part) else None for count in free)
-        for part in each.ufl_operands
+        for part in expr.ufl_operands
     )
     return lambda a, b: _times(a[left], b[right])
 
 
 def _times(a: Array, b: Array) -> Array:
-    found = a[..., :1, :] * b
-    found[..., 1:, :] += a[..., 1:, :] * b[..., :1, :]
-    return found
+    product = a[..., :1, :] * b
+    product[..., 1:, :] += a[..., 1:, :] * b[..., :1, :]
+    return product
 
 
 def _through(value: Array, here: Array, slope: Array) -> Array:
     """A function of a value, by itself and its slope there, (…, sets) each."""
-    found = np.asarray(slope)[..., None, :] * value
-    found[..., 0, :] = here
-    return found
+    composed = np.asarray(slope)[..., None, :] * value
+    composed[..., 0, :] = here
+    return composed
 
 
 def _function(
@@ -278,10 +278,10 @@ def _function(
 def _power(a: Array, b: Array) -> Array:
     base, exponent = a[..., 0, :], b[..., 0, :]
     here = base**exponent
-    found = _through(a, here, exponent * base ** (exponent - 1))
+    power = _through(a, here, exponent * base ** (exponent - 1))
     if b[..., 1:, :].any():
-        found[..., 1:, :] += (here * np.log(base))[..., None, :] * b[..., 1:, :]
-    return found
+        power[..., 1:, :] += (here * np.log(base))[..., None, :] * b[..., 1:, :]
+    return power
 
 
 def _divide(a: Array, b: Array) -> Array:
@@ -310,9 +310,9 @@ LAST_ROW, LAST_COLUMN = np.ix_([2, 0, 1], [2, 0, 1])
 def _cofactors(a: Array) -> Array:
     """Cofactors of 3 × 3 matrices, (3, 3, sets)."""
     value = a[..., 0, :]
-    found: Array = value[ROW, COLUMN] * value[LAST_ROW, LAST_COLUMN]
-    found -= value[ROW, LAST_COLUMN] * value[LAST_ROW, COLUMN]
-    return found
+    cofactors: Array = value[ROW, COLUMN] * value[LAST_ROW, LAST_COLUMN]
+    cofactors -= value[ROW, LAST_COLUMN] * value[LAST_ROW, COLUMN]
+    return cofactors
 
 
 def _inverse(a: Array) -> Array:
@@ -320,17 +320,17 @@ def _inverse(a: Array) -> Array:
     value = np.swapaxes(cofactors, 0, 1) / (cofactors[0] * a[0, :, 0]).sum(axis=0)
     matrix = np.moveaxis(value, -1, 0)
     slopes = -matrix @ np.moveaxis(a[..., 1:, :], (0, 1), (-2, -1)) @ matrix
-    found = np.empty_like(a)
-    found[..., 0, :] = value
-    found[..., 1:, :] = np.moveaxis(slopes, (-2, -1), (0, 1))
-    return found
+    inverse = np.empty_like(a)
+    inverse[..., 0, :] = value
+    inverse[..., 1:, :] = np.moveaxis(slopes, (-2, -1), (0, 1))
+    return inverse
 
 
 def _determinant(a: Array) -> Array:
     cofactors = _cofactors(a)
-    found: Array = (cofactors[..., None, :] * a).sum(axis=(0, 1))
-    found[0] /= 3  # each row's expansion is the determinant
-    return found
+    determinant: Array = (cofactors[..., None, :] * a).sum(axis=(0, 1))
+    determinant[0] /= 3  # each row's expansion is the determinant
+    return determinant
 
 
 def _either(condition: Array, a: Array, b: Array) -> Array:
@@ -338,10 +338,10 @@ def _either(condition: Array, a: Array, b: Array) -> Array:
 
 
 def _compare(function: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
-    def found(a: Array, b: Array) -> Array:
+    def compared(a: Array, b: Array) -> Array:
         return np.where(function(a[..., :1, :], b[..., :1, :]), 1.0, 0.0)
 
-    return found
+    return compared
 
 
 _SIMPLE: Final[Mapping[type, Callable[..., Array]]] = {

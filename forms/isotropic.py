@@ -111,11 +111,11 @@ def energy(strain: Expr, function: Callable[[Invariants], Jet]) -> Expr:
         >>> round(nominal_stress(lambda strain: energy(strain, lambda i: i.first), 2.0), 9)
         3.5
     """
-    known = once(strain, "isotropic", lambda: _Tensors(strain))
-    plain = function(known.invariants)
+    tensors = once(strain, "isotropic", lambda: _Tensors(strain))
+    plain = function(tensors.invariants)
     jet = Jet(*(Variable(as_ufl(part), KnownDerivatives(strain)) for part in plain.parts()))
-    c, x, g, t, second = known.c, known.x, known.g, known.t, known.second
-    a1, a2, unit = known.a1, known.a2, known.unit
+    c, x, g, t, second = tensors.c, tensors.x, tensors.g, tensors.t, tensors.second
+    a1, a2, unit = tensors.a1, tensors.a2, tensors.unit
 
     def stress_rate(strain_rate: Expr) -> Expr:
         dc = 2 * strain_rate

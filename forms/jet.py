@@ -137,9 +137,9 @@ def series(terms: Mapping[tuple[int, int], float], x: Jet, y: Jet) -> Jet:
 
 def _horner(factors: Mapping[int, Jet], z: Jet) -> Jet:
     highest = max(factors)
-    found = factors[highest]
+    total = factors[highest]
     for power in range(highest - 1, -1, -1):
-        found = z * found
+        total = z * total
         if power in factors:
-            found = found + factors[power]
-    return found
+            total = total + factors[power]
+    return total

@@ -21,7 +21,7 @@ def area_vector(u: Expr, domain: ufl.Mesh) -> Expr:
 
         >>> from dolfingrip.forms.evaluate import SOLID, displacement, number
         >>> u, face = displacement([[1.1, 0, 0], [0, 1.1, 0], [0, 0, 1]]), ufl.FacetNormal(SOLID)
-        >>> round(number(area_vector(u, SOLID)[2], known={face: (0, 0, 1)}), 9)
+        >>> round(number(area_vector(u, SOLID)[2], symbols={face: (0, 0, 1)}), 9)
         1.21
     """
     return current_area_vector(u, ufl.FacetNormal(domain))

@@ -32,5 +32,5 @@ def potential(pressure: Expr, volume: Expr, closed_at: Expr, ambient: Expr, n: f
     ratio = (pressure + ambient) / closed_at
     if n == 1:
         return volume * closed_at * ufl.ln(ratio)
-    rest = 1 - 1 / n
-    return volume * closed_at / rest * (ratio**rest - 1)
+    power = 1 - 1 / n
+    return volume * closed_at / power * (ratio**power - 1)

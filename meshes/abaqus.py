@@ -94,14 +94,14 @@ def read(path: Path) -> SolidMesh:
     for name in groups.surfaces({*deck.surfaces, *deck.elsets}):
         if name in deck.surfaces:
             facets[name] = _of_surface(deck, name, row, cells)
-        elif found := [deck.facets[e] for e in deck.elsets.get(name, ()) if e in deck.facets]:
-            kinds = {len(nodes) for nodes in found}
-            parts = [_indices([n for n in found if len(n) == kind], ids) for kind in kinds]
+        elif elements := [deck.facets[e] for e in deck.elsets.get(name, ()) if e in deck.facets]:
+            kinds = {len(nodes) for nodes in elements}
+            parts = [_indices([n for n in elements if len(n) == kind], ids) for kind in kinds]
             facets[name] = joined(name, parts, cells)
     every = faces(cells)
     free = np.setdiff1d(
         boundary(cells),
-        np.concatenate([[-1], *(match(found, cells) for found in facets.values())]),
+        np.concatenate([[-1], *(match(group, cells) for group in facets.values())]),
     )
     corners = BY_NODES[cells.shape[1]].facet_corners
     for name in (*_FIRST, *groups.cavities(deck.nsets), groups.SKIN):
@@ -178,10 +178,10 @@ def _of_surface(deck: _Deck, name: str, row: dict[int, int], cells: Ints) -> Int
 def _indices(nodes: list[list[int]], ids: Ints) -> Ints:
     """Positions in ``ids`` of the node numbers of elements."""
     numbers = np.array(nodes, dtype=np.int64)
-    found = np.minimum(np.searchsorted(ids, numbers), len(ids) - 1)
-    if len(ids) == 0 or (ids[found] != numbers).any():
+    positions = np.minimum(np.searchsorted(ids, numbers), len(ids) - 1)
+    if len(ids) == 0 or (ids[positions] != numbers).any():
         raise MeshError("an element has a node that is not there")
-    return found
+    return positions
 
 
 def _plain(name: str) -> str:
@@ -221,10 +221,10 @@ def _take(deck: _Deck, keyword: str, options: dict[str, str], data: list[str]) -
         raise MeshError("not supported")
     if keyword == "NODE":
         for line in data:
-            number, *rest = line.rstrip(",").split(",")
+            number, *coordinates = line.rstrip(",").split(",")
             if int(number) in deck.nodes:
                 raise MeshError(f"node {int(number)} twice; allowed: one part")
-            x, y, z = (float(value) for value in rest[:3])
+            x, y, z = (float(value) for value in coordinates[:3])
             deck.nodes[int(number)] = [x, y, z]
     elif keyword == "ELEMENT":
         _take_elements(deck, options, data)

@@ -107,8 +107,8 @@ def bisected(mesh: SolidMesh) -> SolidMesh:
     for name, group in mesh.facets.items():
         cell, face = np.divmod(match(group, mesh.cells), len(shape.faces))
         rows = [
-            (PARTS * cell[face == own] + part) * len(shape.faces) + other
-            for own, of_parts in enumerate(beyond)
+            (PARTS * cell[face == side] + part) * len(shape.faces) + other
+            for side, of_parts in enumerate(beyond)
             for part, other in of_parts
         ]
         facets[name] = np.asarray(every[np.concatenate(rows)], dtype=np.int64)
@@ -145,14 +145,14 @@ def _numbered(mesh: SolidMesh, corners: np.ndarray) -> tuple[Ints, Floats]:
 
 def _faces_of_parts(shape: CellShape, at: Floats) -> list[list[tuple[int, int]]]:
     """Parts, and faces of these, that lie in each face of a cell."""
-    found = []
+    by_face = []
     for corners in shape.face_corners:
         start, one, other = shape.reference[corners[:3]]
         off = np.abs((at - start) @ np.cross(one - start, other - start)) < 1e-9
-        found.append([
+        by_face.append([
             (part, face)
             for part in range(PARTS)
-            for face, own in enumerate(shape.face_corners)
-            if off[part, own].all()
+            for face, nodes in enumerate(shape.face_corners)
+            if off[part, nodes].all()
         ])  # fmt: skip
-    return found
+    return by_face

@@ -80,9 +80,9 @@ class ClosedSurface:
 
         implicit = vtkImplicitPolyDataDistance()
         implicit.SetInput(self.polydata())
-        found = vtkDoubleArray()
-        implicit.FunctionValue(numpy_to_vtk(np.ascontiguousarray(points)), found)
-        return np.asarray(vtk_to_numpy(found), dtype=float).copy()
+        distances = vtkDoubleArray()
+        implicit.FunctionValue(numpy_to_vtk(np.ascontiguousarray(points)), distances)
+        return np.asarray(vtk_to_numpy(distances), dtype=float).copy()
 
     def polydata(self) -> object:
         """The surface as a PyVista mesh."""
@@ -118,12 +118,12 @@ def read(path: Path, key: str = "food.file") -> ClosedSurface:
     if not solid.n_points or not solid.is_manifold or solid.n_open_edges:
         raise MeshError(f"{key} = {path}: allowed: a closed surface of triangles")
     triangles = np.asarray(solid.regular_faces, dtype=np.int64)
-    found = ClosedSurface(np.asarray(solid.points, dtype=float), triangles)
-    if found.volume_mm3 < 0:
-        found = ClosedSurface(found.points, triangles[:, ::-1].copy())
-    if found.volume_mm3 <= 0:
+    surface = ClosedSurface(np.asarray(solid.points, dtype=float), triangles)
+    if surface.volume_mm3 < 0:
+        surface = ClosedSurface(surface.points, triangles[:, ::-1].copy())
+    if surface.volume_mm3 <= 0:
         raise MeshError(f"{key} = {path}: encloses no volume; allowed: a closed surface")
-    return found
+    return surface
 
 
 def level_set(
@@ -146,12 +146,12 @@ def level_set(
     low = (low_mm + high_mm - spacing_mm * (count - 1)) / 2  # the grid is as symmetric as the box
     grid = pv.ImageData(dimensions=count, spacing=3 * (spacing_mm,), origin=low)
     grid["phi"] = distance(np.asarray(grid.points, dtype=float))[0]
-    found = grid.contour([0.0], scalars="phi", method="flying_edges").clean()
-    points = np.asarray(found.points, dtype=float)
+    contour = grid.contour([0.0], scalars="phi", method="flying_edges").clean()
+    points = np.asarray(contour.points, dtype=float)
     for _ in range(PROJECTIONS):
         value, gradient = distance(points)
         points = points - (value / (gradient**2).sum(axis=1))[:, None] * gradient
-    triangles = np.asarray(found.regular_faces, dtype=np.int64)
+    triangles = np.asarray(contour.regular_faces, dtype=np.int64)
     surface = ClosedSurface(points, triangles)
     if surface.volume_mm3 < 0:
         surface = ClosedSurface(points, triangles[:, ::-1].copy())
@@ -162,10 +162,10 @@ def locator(points: Floats, triangles: Ints) -> Any:
     """VTK's search tree of triangles."""
     from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
-    found: Any = vtkStaticCellLocator()  # its hints lack the references that it fills
-    found.SetDataSet(ClosedSurface(points, triangles).polydata())
-    found.BuildLocator()
-    return found
+    tree: Any = vtkStaticCellLocator()  # its hints lack the references that it fills
+    tree.SetDataSet(ClosedSurface(points, triangles).polydata())
+    tree.BuildLocator()
+    return tree
 
 
 def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
@@ -178,8 +178,8 @@ def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
     sub: Any
     distance: Any
     cell, sub, distance = mutable(0), mutable(0), mutable(0.0)
-    found, away = np.empty(len(at), dtype=np.int64), np.empty(len(at))
+    rows, away = np.empty(len(at), dtype=np.int64), np.empty(len(at))
     for i, point in enumerate(np.asarray(at, dtype=float)):
         tree.FindClosestPoint(point, close, cell, sub, distance)
-        found[i], away[i] = int(cell), math.sqrt(float(distance))
-    return found, away
+        rows[i], away[i] = int(cell), math.sqrt(float(distance))
+    return rows, away

@@ -36,19 +36,19 @@ def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
     Raises:
         MeshError: one line, if the two fingers differ in the order of their planes.
     """
-    found = points.copy()
-    solids = [each for each in (dimensions.solid(), changed.solid()) if isinstance(each, BoxSolid)]
+    placed = points.copy()
+    solids = [s for s in (dimensions.solid(), changed.solid()) if isinstance(s, BoxSolid)]
     if len(solids) < 2:
         raise MeshError(f"{dimensions.table()}: no mesh of round faces moves; remesh it")
     if len(solids[0].planes(2)) != len(solids[1].planes(2)):
-        (_, there), (key, asked) = dimensions.count(), changed.count()
+        (_, there), (key, count) = dimensions.count(), changed.count()
         raise MeshError(
-            f"{key} = {asked}: allowed: {there}, the number in the mesh that is to be moved"
+            f"{key} = {count}: allowed: {there}, the number in the mesh that is to be moved"
         )
     differ = dimensions.differ or changed.differ
     if differ:
         for axis in range(2):
-            found[:, axis] = _across(points, dimensions, changed, axis)
+            placed[:, axis] = _across(points, dimensions, changed, axis)
     for axis in (2,) if differ else range(3):
         before, after = (solid.planes(axis) for solid in solids)
         order = np.argsort(before, kind="stable")
@@ -59,8 +59,8 @@ def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
         target = np.bincount(group, after) / np.bincount(group)
         if (np.diff(target) <= 0).any():
             raise MeshError(f"finger: {changed} has its faces in another order; remesh it")
-        found[:, axis] = np.interp(points[:, axis], before[first], target)
-    return found
+        placed[:, axis] = np.interp(points[:, axis], before[first], target)
+    return placed
 
 
 def _across(points: Floats, dimensions: Geometry, changed: Geometry, axis: int) -> Floats:
@@ -74,7 +74,7 @@ def _across(points: Floats, dimensions: Geometry, changed: Geometry, axis: int) 
     order = order[np.concatenate([[True], np.diff(shared[order]) > TOLERANCE_MM])]
     planes = []
     for geometry in (dimensions, changed):
-        of = np.array([_planes(each, axis)[order] for _, each in geometry.sections()])
+        of = np.array([_planes(section, axis)[order] for _, section in geometry.sections()])
         of = np.repeat(of, 2, axis=0)  # at both ends of each
         planes.append((1 - share) * of[at] + share * of[at + 1])
     before, after = planes

@@ -101,16 +101,16 @@ def _read_vtk(path: Path) -> SolidMesh:
         if of_xml:
             with path.open("rb") as file:
                 xml.check_beginning(file)
-        found = reader(path)
+        grid = reader(path)
     except OSError:
         raise
     except Exception as error:  # any error of the parser on a broken file
         raise MeshError(f"not readable as VTK: {error or type(error).__name__}") from None
-    tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
+    tags = grid.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in grid.cells])
     solids: list[Ints] = []
     volumes: list[Ints] = []
     facets: dict[str, list[Ints]] = defaultdict(list)
-    for block, group in zip(found.cells, tags, strict=True):
+    for block, group in zip(grid.cells, tags, strict=True):
         data = np.asarray(block.data, dtype=np.int64)
         if block.type in _CELLS:
             solids.append(from_vtk(data))
@@ -122,7 +122,7 @@ def _read_vtk(path: Path) -> SolidMesh:
             for tag in np.unique(of):
                 if (name := groups.surface_name(int(tag))) is not None:
                     facets[name].append(data[of == tag])
-    kinds = {block.type for block in found.cells if block.dim == 3}
+    kinds = {block.type for block in grid.cells if block.dim == 3}
     if len(kinds) != 1 or not kinds <= set(_CELLS):
         raise MeshError(
             f"volume elements: {', '.join(sorted(kinds)) or 'none'}; "
@@ -131,11 +131,11 @@ def _read_vtk(path: Path) -> SolidMesh:
     cells = np.concatenate(solids)
     surfaces = {name: joined(name, parts, cells) for name, parts in facets.items()}
     present = {name: corners for name, corners in surfaces.items() if len(corners)}
-    points = np.asarray(found.points, dtype=float)
-    known = {tag: name for name, tag in groups.VOLUME_TAGS.items()}
+    points = np.asarray(grid.points, dtype=float)
+    names = {tag: name for name, tag in groups.VOLUME_TAGS.items()}
     tag_of = np.concatenate(volumes)
     regions = {
-        known.get(tag, f"region_{tag}"): np.flatnonzero(tag_of == tag)
+        names.get(tag, f"region_{tag}"): np.flatnonzero(tag_of == tag)
         for tag in sorted({int(tag) for tag in tag_of})
         if tag > groups.SOLID_TAG
     }

@@ -61,18 +61,18 @@ class FreeForm:
 
     def inverse(self, points: Floats) -> Floats:
         """The points that :meth:`points` moves to ``points``, (n, 3) mm."""
-        found = points.copy()
+        straight = points.copy()
         if not self.offsets_mm.any():
-            return found
+            return straight
         for _ in range(_ROUNDS):
-            before = found.copy()
+            before = straight.copy()
             if self._geometry.differ:
-                found = points - (self.points(found) - found)
+                straight = points - (self.points(straight) - straight)
             for axis in () if self._geometry.differ else range(3):
-                found[:, axis] = self._back(points[:, axis], found, axis)
-            if np.abs(found - before).max(initial=0.0) < _CLOSE_MM:
+                straight[:, axis] = self._back(points[:, axis], straight, axis)
+            if np.abs(straight - before).max(initial=0.0) < _CLOSE_MM:
                 break
-        return found
+        return straight
 
     def slopes(self, points: Floats) -> sp.csr_matrix:
         """Derivatives (3 n, count) of the moved points by the offsets; row 3 i + a is point i's."""
@@ -93,7 +93,7 @@ class FreeForm:
                 )
             )
             start += (len(self._planes[axis]) - 1 - (axis == 2)) * size
-        row, column, value = (np.concatenate(each) for each in zip(*parts, strict=True))
+        row, column, value = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         return sp.csr_matrix((value, (row, column)), shape=(3 * len(points), start))
 
     # -- inside ----------------------------------------------------------------------------------
@@ -150,8 +150,8 @@ class FreeForm:
         rows = np.arange(len(near))
         low, high = moved[rows, below], moved[rows, below + 1]
         share = (at - low) / (high - low)
-        found = planes[below] + share * (planes[below + 1] - planes[below])
-        return np.asarray(np.where(coordinate < 0, -found, found) if axis == 1 else found)
+        straight = planes[below] + share * (planes[below + 1] - planes[below])
+        return np.asarray(np.where(coordinate < 0, -straight, straight) if axis == 1 else straight)
 
 
 def bent(mesh: SolidMesh, form: FreeForm) -> SolidMesh:

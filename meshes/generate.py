@@ -169,9 +169,9 @@ def meet(
     def met() -> bool:
         return abs(tried[-1] - target) <= policy.tolerance * target
 
-    found = _bracket(miss, policy)
-    if found is not None:
-        fine, coarse = found
+    bracket = _bracket(miss, policy)
+    if bracket is not None:
+        fine, coarse = bracket
         low, high = 0.0, 1.0
         for _ in range(policy.tries):
             if met():

@@ -146,7 +146,7 @@ def current_mesh() -> SolidMesh:
 def _regions(numbers: Ints) -> dict[str, Ints]:
     """Rows of the elements of each volume group; the group of all elements is left out."""
     order = np.argsort(numbers)
-    found: dict[str, Ints] = {}
+    regions: dict[str, Ints] = {}
     for _, group in gmsh.model.getPhysicalGroups(3):
         name = gmsh.model.getPhysicalName(3, group).lower()
         if not name or name == groups.SOLID:
@@ -154,8 +154,8 @@ def _regions(numbers: Ints) -> dict[str, Ints]:
         entities = gmsh.model.getEntitiesForPhysicalGroup(3, group)
         parts = [t for entity in entities for t in gmsh.model.mesh.getElements(3, entity)[1]]
         members = np.concatenate([np.empty(0, np.int64), *parts]).astype(np.int64)
-        found[name] = np.sort(order[np.searchsorted(numbers, members, sorter=order)])
-    return found
+        regions[name] = np.sort(order[np.searchsorted(numbers, members, sorter=order)])
+    return regions
 
 
 def _facets_of(group: int) -> list[Ints]:
@@ -228,7 +228,7 @@ def tapered(box: Box, axis: int, root: int, slope: float) -> Solids:
         root: end of the axis with the largest section, 0 the lower one, 1 the upper one.
         slope: tangent of the angle of its sides.
     """
-    sides = [each for each in range(3) if each != axis]
+    sides = [other for other in range(3) if other != axis]
     by = slope * (box[axis][1] - box[axis][0]) / 2
     wires = []
     for end, at in enumerate(box[axis]):
@@ -279,4 +279,4 @@ def volume_mm3(solids: Solids) -> float:
     Args:
         solids: dimension and tag of each.
     """
-    return sum(float(gmsh.model.occ.getMass(*each)) for each in solids)
+    return sum(float(gmsh.model.occ.getMass(*solid)) for solid in solids)

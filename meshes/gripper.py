@@ -69,27 +69,27 @@ def stands(
     thumb = reach(gripper.L_mm, 0.0, np.array([-1.0, 0.0]))
     radius = reach(gripper.R_mm, gripper.W_mm * across[1], across, mirrored)
     centre = np.array([0.0, gripper.W_mm])
-    found = [
+    stands = [
         _stand("thumb A", np.array([-thumb, 0.0]), np.array([-1.0, 0.0]), height),
         _stand("finger B", centre + radius * across, across, height),
         _stand("finger C", -centre + radius * mirrored, mirrored, height),
     ]
     given = f"L_mm = {thumb:.4g}, W_mm = {gripper.W_mm:.4g}, R_mm = {radius:.4g}"
     said = f"gripper: {given}, alpha_deg = {gripper.alpha:g}"
-    for one, other in combinations(found, 2):
+    for one, other in combinations(stands, 2):
         if _overlap(_outline(one, finger), _outline(other, finger)):
             raise ConfigError(
                 f"{said}: {one.name} and {other.name} intersect; "
                 "allowed: larger distances, or an alpha_deg nearer to 90"
             )
     if extent_mm is not None:
-        _refuse_touch(said, found, extent_mm)
-    return found
+        _refuse_touch(said, stands, extent_mm)
+    return stands
 
 
-def _refuse_touch(said: str, found: Sequence[Stand], extent_mm: Callable[[Floats], float]) -> None:
+def _refuse_touch(said: str, stands: Sequence[Stand], extent_mm: Callable[[Floats], float]) -> None:
     """Refuse straight fingers that touch the food: it must lie before each contact face's plane."""
-    for stand in found:
+    for stand in stands:
         room = float(stand.origin_mm[:2] @ stand.outward) - extent_mm(stand.outward)
         if room <= 0:
             raise ConfigError(

@@ -52,8 +52,8 @@ def surface_tag(name: str) -> int | None:
 
 def surface_name(tag: int) -> str | None:
     """Name of the surface group with a tag; None of a tag that no surface group has."""
-    known = {tag: name for name, tag in SURFACE_TAGS.items()}
-    return known.get(tag) if tag < _BEFORE + 2 else f"{CAVITY}_{tag - _BEFORE}"
+    names = {tag: name for name, tag in SURFACE_TAGS.items()}
+    return names.get(tag) if tag < _BEFORE + 2 else f"{CAVITY}_{tag - _BEFORE}"
 
 
 def surfaces(names: Iterable[str]) -> list[str]:

@@ -39,25 +39,25 @@ class _End:
 def _ends(shape: BoxSolid | CylinderSolid) -> list[_End]:
     """The end of each cavity at the clamp, where it is widest."""
     if isinstance(shape, CylinderSolid):
-        first = [min(each, key=lambda part: part.along_mm[0]) for each in shape.cavities]
-        half = [each.radius_mm / 2**0.5 for each in first]  # of the square in the circle
+        first = [min(parts, key=lambda part: part.along_mm[0]) for parts in shape.cavities]
+        half = [cylinder.radius_mm / 2**0.5 for cylinder in first]  # of the square in the circle
         return [
             _End((c.axis_mm - h, c.axis_mm + h), 2 * h, *c.along_mm)
             for c, h in zip(first, half, strict=True)
         ]
     start = min(z[0] for _, _, z in shape.cavity)
-    found = [box for box in shape.cavity if box[2][0] < start + TOLERANCE_MM]
-    x, y, z = max(found, key=lambda box: (box[0][1] - box[0][0]) * (box[1][1] - box[1][0]))
+    widest = [box for box in shape.cavity if box[2][0] < start + TOLERANCE_MM]
+    x, y, z = max(widest, key=lambda box: (box[0][1] - box[0][0]) * (box[1][1] - box[1][0]))
     return [_End(x, y[1] - y[0], *z)]
 
 
-def with_inlets(body: Solids, shape: BoxSolid | CylinderSolid, asked: Inlet) -> Solids:
+def with_inlets(body: Solids, shape: BoxSolid | CylinderSolid, inlet: Inlet) -> Solids:
     """Add a connector to each cavity of a finger in the current Gmsh model.
 
     Args:
         body: the whole finger, which is used up.
         shape: what it is made of; no cavity is open at the clamp.
-        asked: place, bore and connector.
+        inlet: place, bore and connector.
 
     Raises:
         ConfigError: one line, if the bore would miss the cavity or cut into its walls.
@@ -67,54 +67,54 @@ def with_inlets(body: Solids, shape: BoxSolid | CylinderSolid, asked: Inlet) -> 
     else:
         side_mm = max(y[1] for _, y, _ in shape.blocks)
     for end in _ends(shape):
-        x, z = _axis(end, asked)
-        if asked.place == "clamp":
+        x, z = _axis(end, inlet)
+        if inlet.place == "clamp":
             base, outward, path = np.array([x, 0.0, 0.0]), np.array([0.0, 0.0, -1.0]), []
         else:
             base, outward = np.array([x, side_mm, z]), np.array([0.0, 1.0, 0.0])
             path = [np.array([x, 0.0, z])]
-        into = end.z_mm + min(asked.bore_mm, end.reaches_mm - end.z_mm) / 2
-        path = [base + asked.length_mm * outward, *path, np.array([x, 0.0, into])]
-        body = less(fused(body, _connector(base, outward, asked)), _bore(path, asked.bore_mm / 2))
+        into = end.z_mm + min(inlet.bore_mm, end.reaches_mm - end.z_mm) / 2
+        path = [base + inlet.length_mm * outward, *path, np.array([x, 0.0, into])]
+        body = less(fused(body, _connector(base, outward, inlet)), _bore(path, inlet.bore_mm / 2))
     return body
 
 
-def _axis(end: _End, asked: Inlet) -> tuple[float, float]:
+def _axis(end: _End, inlet: Inlet) -> tuple[float, float]:
     """Place x of a bore's axis, and z of its part in a side."""
     widest = min(end.x_mm[1] - end.x_mm[0], end.width_mm)
-    if asked.bore_mm > widest:
+    if inlet.bore_mm > widest:
         raise ConfigError(
-            f"inlet.bore_mm = {asked.bore_mm:g}: wider than the cavity at the clamp; allowed: "
+            f"inlet.bore_mm = {inlet.bore_mm:g}: wider than the cavity at the clamp; allowed: "
             f"above 0 and up to {widest:.4g} mm"
         )
-    x = sum(end.x_mm) / 2 if asked.x_mm is None else asked.x_mm
-    low, high = end.x_mm[0] + asked.bore_mm / 2, end.x_mm[1] - asked.bore_mm / 2
+    x = sum(end.x_mm) / 2 if inlet.x_mm is None else inlet.x_mm
+    low, high = end.x_mm[0] + inlet.bore_mm / 2, end.x_mm[1] - inlet.bore_mm / 2
     if not low - TOLERANCE_MM <= x <= high + TOLERANCE_MM:
         raise ConfigError(
             f"inlet.x_mm = {x:g}: beside the cavity; allowed: {low:.4g} to {high:.4g} mm"
         )
-    z = end.z_mm / 2 if asked.z_mm is None else asked.z_mm
-    least = asked.bore_mm / 2 + asked.wall_mm + (asked.barb_mm if asked.kind == "barb" else 0.0)
-    if asked.place == "side" and not least <= z <= end.z_mm - asked.bore_mm / 2:
-        key = "bore_mm" if asked.z_mm is None else "z_mm"
-        value = getattr(asked, key)
+    z = end.z_mm / 2 if inlet.z_mm is None else inlet.z_mm
+    least = inlet.bore_mm / 2 + inlet.wall_mm + (inlet.barb_mm if inlet.kind == "barb" else 0.0)
+    if inlet.place == "side" and not least <= z <= end.z_mm - inlet.bore_mm / 2:
+        key = "bore_mm" if inlet.z_mm is None else "z_mm"
+        value = getattr(inlet, key)
         raise ConfigError(
             f"inlet.{key} = {value:g}: the connector does not fit between clamp and cavity there, "
             f"{end.z_mm:.4g} mm; allowed: a bore with its axis between {least:.4g} mm and "
-            f"{end.z_mm - asked.bore_mm / 2:.4g} mm from the clamp"
+            f"{end.z_mm - inlet.bore_mm / 2:.4g} mm from the clamp"
         )
     return x, z
 
 
-def _connector(base: np.ndarray, outward: np.ndarray, asked: Inlet) -> Solids:
+def _connector(base: np.ndarray, outward: np.ndarray, inlet: Inlet) -> Solids:
     """A tube on a face, with barbs that become thinner outwards."""
-    radius = asked.bore_mm / 2 + asked.wall_mm
-    made = [(3, gmsh.model.occ.addCylinder(*base, *(asked.length_mm * outward), radius))]
-    if asked.kind == "barb":
-        pitch = BARBED * asked.length_mm / BARBS
+    radius = inlet.bore_mm / 2 + inlet.wall_mm
+    made = [(3, gmsh.model.occ.addCylinder(*base, *(inlet.length_mm * outward), radius))]
+    if inlet.kind == "barb":
+        pitch = BARBED * inlet.length_mm / BARBS
         for number in range(BARBS):
-            start = base + (asked.length_mm - (number + 1) * pitch) * outward
-            wide = radius + asked.barb_mm
+            start = base + (inlet.length_mm - (number + 1) * pitch) * outward
+            wide = radius + inlet.barb_mm
             made.append((3, gmsh.model.occ.addCone(*start, *(pitch * outward), wide, radius)))
     return made
 

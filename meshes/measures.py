@@ -79,8 +79,8 @@ def jacobians(mesh: SolidMesh) -> Floats:
 def _determinants(x: Floats, gradients: Floats) -> Floats:
     """Jacobian determinants of elements (m, nodes, 3) at one point, shape (m,)."""
     columns = np.einsum("nk,mni->kmi", gradients, x)
-    found: Floats = np.einsum("mi,mi->m", columns[0], np.cross(columns[1], columns[2]))
-    return found
+    determinants: Floats = np.einsum("mi,mi->m", columns[0], np.cross(columns[1], columns[2]))
+    return determinants
 
 
 def enclosed_volume(points: Floats, facets: Ints) -> float:

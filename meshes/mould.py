@@ -43,7 +43,7 @@ class Moulded:
     base: Solids
 
 
-def add_mould(shape: BoxSolid, asked: Mould) -> Moulded:
+def add_mould(shape: BoxSolid, mould: Mould) -> Moulded:
     """Add the mould of a cast finger and its casts to the current Gmsh model.
 
     The halves stand on the plate, in whose rim they lie, and leave the crown's side open. They are
@@ -52,22 +52,22 @@ def add_mould(shape: BoxSolid, asked: Mould) -> Moulded:
     Args:
         shape: the finger; all its hollows begin in one plane across x, where its body ends and
             its base begins.
-        asked: walls, draft, place of the split, and clearance.
+        mould: walls, draft, place of the split, and clearance.
 
     Raises:
         ConfigError: one line, if the halves cannot meet where they are asked to.
     """
     floor = min(box[0][0] for box in shape.cavity)
     (_, depth), across, along = shape.body
-    if not across[0] < asked.split_mm < across[1]:
+    if not across[0] < mould.split_mm < across[1]:
         raise ConfigError(
-            f"mould.split_mm = {asked.split_mm:g}: beside the finger; allowed: above "
+            f"mould.split_mm = {mould.split_mm:g}: beside the finger; allowed: above "
             f"{across[0]:g} mm and below {across[1]:g} mm"
         )
-    wall, slope = asked.thickness_mm, math.tan(math.radians(asked.draft_deg))
+    wall, slope = mould.thickness_mm, math.tan(math.radians(mould.draft_deg))
     frame: Box = ((floor, depth), _grown(across, wall), _grown(along, wall))
     above = _grown((floor, depth), wall)  # what is cut at both ends has no taper there
-    sides = ((0, (across[0], asked.split_mm)), (1, (asked.split_mm, across[1])))
+    sides = ((0, (across[0], mould.split_mm)), (1, (mould.split_mm, across[1])))
 
     # halves are pulled off along y: hollows in them shrink away from the split, fins towards it
     first, second = (tapered((above, y, along), 1, 1 - side, slope) for side, y in sides)
@@ -80,7 +80,7 @@ def add_mould(shape: BoxSolid, asked: Mould) -> Moulded:
     outer = less(common(fused(first, second), brick(frame)), fins)
     cores = [core for box in shape.cavity for core in tapered(_led_out(box, wall), 0, 0, slope)]
     cores = common(fused(cores[:1], cores[1:]), outer)
-    round_it = [_grown(each, asked.clearance_mm) for each in frame[1:]]
+    round_it = [_grown(extent, mould.clearance_mm) for extent in frame[1:]]
     plate: Box = (
         (floor - wall, floor), _grown(round_it[0], wall), _grown(round_it[1], wall)
     )  # fmt: skip
@@ -92,7 +92,7 @@ def add_mould(shape: BoxSolid, asked: Mould) -> Moulded:
     far = _grown(across, 2 * wall)
     halves = [
         common(gmsh.model.occ.copy(block), brick((frame[0], y, frame[2])))
-        for y in ((far[0], asked.split_mm), (asked.split_mm, far[1]))
+        for y in ((far[0], mould.split_mm), (mould.split_mm, far[1]))
     ]
     body = less(outer, cores, keep=True)
     base = tapered(((0.0, floor), across, along), 0, 1, slope)

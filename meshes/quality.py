@@ -109,20 +109,20 @@ def judge(
             f"mesh: least scaled Jacobian {least:.2g}; allowed: from {policy.refused:g} on; "
             f"{what_to_do}"
         )
-    found = []
+    warnings = []
     if least < policy.poor:
         poor = int((scaled_jacobians(mesh) < policy.poor).sum())
-        found.append(
+        warnings.append(
             f"{poor} of {quality.cells} elements have a scaled Jacobian below {policy.poor:g}, "
             f"{least:.2g} at least: steps near them may fail; {what_to_do}"
         )
     share = one_through(mesh)
     if share > policy.through:
-        found.append(
+        warnings.append(
             f"one element through the wall at {share:.0%} of the cavity's walls: enough for "
             f"quadratic elements, but {OF_LINEAR} there; {what_to_do}"
         )
-    return tuple(found)
+    return tuple(warnings)
 
 
 def one_through(mesh: SolidMesh) -> float:
@@ -245,7 +245,7 @@ def closing_mm3(mesh: SolidMesh) -> dict[str, float]:
     Returns:
         The volume by cavity, of those with an opening at the clamp.
     """
-    found = {}
+    by_cavity = {}
     corners = mesh.shape.facet_corners
     for name in groups.cavities(mesh.facets):
         open_edge = _open_edges(mesh, name)
@@ -272,8 +272,8 @@ def closing_mm3(mesh: SolidMesh) -> dict[str, float]:
             np.stack([middle, 4 * (b - a), top], axis=1),
             np.stack([b, a - 4 * middle + 3 * b, top], axis=1),
         )
-        found[name] = float(sum(np.linalg.det(fan).sum() for fan in fans) / 36)
-    return found
+        by_cavity[name] = float(sum(np.linalg.det(fan).sum() for fan in fans) / 36)
+    return by_cavity
 
 
 def _open_edges(mesh: SolidMesh, name: str) -> np.ndarray:

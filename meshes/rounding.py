@@ -53,9 +53,9 @@ class CurvedFaces:
         np.minimum.at(low, facets.ravel(), of_corner)
         np.maximum.at(high, facets.ravel(), of_corner)
         self._flat = np.isin(plane, low[low == high])
-        own = np.where(self._flat, plane, -1)[pairs]
+        planes = np.where(self._flat, plane, -1)[pairs]
         smooth = cosines > np.cos(np.radians(SMOOTH_DEG))
-        self._face = _connected(len(facets), pairs[smooth & (own[:, 0] == own[:, 1])])
+        self._face = _connected(len(facets), pairs[smooth & (planes[:, 0] == planes[:, 1])])
         order = np.argsort(facets.ravel(), kind="stable") // facets.shape[1]
         self._around = np.split(order, np.cumsum(np.bincount(facets.ravel(), minlength=count))[:-1])
 
@@ -68,16 +68,16 @@ class CurvedFaces:
         Returns:
             (n, 3) in mm; zero within the solid.
         """
-        found = np.zeros((len(corners), 3))
+        away = np.zeros((len(corners), 3))
         curved = np.zeros(len(self._points), dtype=bool)
         curved[self._facets[~self._flat]] = True
         for row in np.flatnonzero(curved[corners].all(axis=1)):
-            own = corners[row]
-            shared = set.intersection(*(set(self._around[i].tolist()) for i in own))
+            nodes = corners[row]
+            shared = set.intersection(*(set(self._around[i].tolist()) for i in nodes))
             facets = np.array(sorted(shared), dtype=np.int64)
             if not self._flat[facets].all():
-                found[row] = self._way(own, facets)
-        return found
+                away[row] = self._way(nodes, facets)
+        return away
 
     def _way(self, corners: Ints, facets: Ints) -> Floats:
         """The shortest way from the middle of corners onto the faces of facets that they are of."""
@@ -101,8 +101,8 @@ class CurvedFaces:
         h, weights = away @ normal, 1 / np.einsum("ni,ni->n", away, away)
         # with h² they fit a circle about any axis across the normal
         terms = np.column_stack([np.full_like(u, _LAST), u, v, u * u + h * h, u * v, v * v + h * h])
-        found, *_ = np.linalg.lstsq(terms * weights[:, None], h * weights, _OPEN)
-        constant, curvature = _LAST * found[0], found[3] + found[5]
+        fitted, *_ = np.linalg.lstsq(terms * weights[:, None], h * weights, _OPEN)
+        constant, curvature = _LAST * fitted[0], fitted[3] + fitted[5]
         height = 2 * constant / (1 + np.sqrt(max(1 - 4 * curvature * constant, 0.0)))
         return float(height * chord) if abs(height) <= HIGHEST else 0.0
 

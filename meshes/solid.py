@@ -85,9 +85,9 @@ def labels(facets: Ints) -> Ints:
     order = np.lexsort(corners.T)
     new = np.ones(len(corners), dtype=np.int64)
     new[1:] = (np.diff(corners[order], axis=0) != 0).any(axis=1)
-    found = np.empty(len(corners), dtype=np.int64)
-    found[order] = np.cumsum(new) - 1
-    return found
+    numbers = np.empty(len(corners), dtype=np.int64)
+    numbers[order] = np.cumsum(new) - 1
+    return numbers
 
 
 def boundary(cells: Ints) -> Ints:
@@ -139,8 +139,8 @@ def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
                 f"group {name}: facets of {FACET_CORNERS[part.shape[1]]} corners on "
                 f"{shape.plural}; allowed: {shape.facet_name}s"
             )
-    found = [part[:, : shape.facet_corners] for part in parts if len(part)]
-    return np.concatenate([np.empty((0, shape.facet_corners), dtype=np.int64), *found])
+    present = [part[:, : shape.facet_corners] for part in parts if len(part)]
+    return np.concatenate([np.empty((0, shape.facet_corners), dtype=np.int64), *present])
 
 
 def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
@@ -180,8 +180,8 @@ def assemble(
     every = faces(compact)
     corners = BY_NODES[cells.shape[1]].facet_corners
     groups = {}
-    for name, found in facets.items():
-        groups[name] = every[np.unique(_rows(name, new[found[:, :corners]], compact))]
+    for name, group in facets.items():
+        groups[name] = every[np.unique(_rows(name, new[group[:, :corners]], compact))]
     return SolidMesh(np.ascontiguousarray(points[used]), compact, groups, dict(regions or {}))
 
 
@@ -260,10 +260,10 @@ def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
     x = mesh.points[faces(mesh.cells)[rows, :corners], 0]
     level = x.max() if highest else x.min()
     tolerance = ON_PLANE * float(np.ptp(mesh.points, axis=0).max())
-    found: Ints = rows[(np.abs(x - level) <= tolerance).all(axis=1)]
-    if not len(found):
+    in_plane: Ints = rows[(np.abs(x - level) <= tolerance).all(axis=1)]
+    if not len(in_plane):
         raise MeshError(f"no face of an element lies in the plane x = {level:.4g} mm")
-    return found
+    return in_plane
 
 
 def interface(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
@@ -283,10 +283,10 @@ def interface(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
     every, corners = faces(mesh.cells), mesh.shape.facet_corners
     here, there = face_rows(mesh, np.setdiff1d(one, other)), face_rows(mesh, other)
     label = labels(np.concatenate([every[here, :corners], every[there, :corners]]))
-    found: Ints = here[np.isin(label[: len(here)], label[len(here) :])]
-    if not len(found):
+    shared: Ints = here[np.isin(label[: len(here)], label[len(here) :])]
+    if not len(shared):
         raise MeshError("the two regions have no face in common")
-    return found
+    return shared
 
 
 def of_group(mesh: SolidMesh, name: str) -> Ints:
@@ -346,18 +346,18 @@ def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
     return merged(shifted)
 
 
-def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:
+def all_rows(solids: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:
     """Rows of each name in all solids, which are put one after the other.
 
     Args:
-        each: for each solid, rows of its points, cells or faces of cells, by name.
+        solids: for each solid, rows of its points, cells or faces of cells, by name.
         counts: number of these in each solid.
     """
-    found: dict[str, list[Ints]] = {}
-    for rows, start in zip(each, np.cumsum([0, *counts]), strict=False):
-        for name, own in rows.items():
-            found.setdefault(name, []).append(own + start)
-    return {name: np.concatenate(rows) for name, rows in found.items()}
+    by_name: dict[str, list[Ints]] = {}
+    for rows, start in zip(solids, np.cumsum([0, *counts]), strict=False):
+        for name, members in rows.items():
+            by_name.setdefault(name, []).append(members + start)
+    return {name: np.concatenate(rows) for name, rows in by_name.items()}
 
 
 def shares(low_mm: float, high_mm: float, count: int) -> tuple[float, float]:

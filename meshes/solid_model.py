@@ -92,13 +92,13 @@ def _add_frusta(
     rings = []
     for z in (start, *sorted(inside), end):
         ring = place(np.array([[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]]))
-        points = [gmsh.model.occ.addPoint(*each) for each in ring]
+        points = [gmsh.model.occ.addPoint(*point) for point in ring]
         lines = [gmsh.model.occ.addLine(a, b) for a, b in pairwise([*points, points[0]])]
         rings.append(gmsh.model.occ.addWire(lines))
-    found = []
+    solids = []
     for pair in pairwise(rings):
-        found += gmsh.model.occ.addThruSections(pair, makeSolid=True, makeRuled=True)
-    return [each for each in found if each[0] == 3]
+        solids += gmsh.model.occ.addThruSections(pair, makeSolid=True, makeRuled=True)
+    return [solid for solid in solids if solid[0] == 3]
 
 
 def _of_boxes(
@@ -127,11 +127,13 @@ def _of_cylinders(shape: CylinderSolid, half: bool) -> list[tuple[int, int]]:
         )
 
     hollows = [
-        gmsh.model.occ.fuse([add(first)], [add(each) for each in others])[0]
+        gmsh.model.occ.fuse([add(first)], [add(cylinder) for cylinder in others])[0]
         for first, *others in shape.cavities
     ]
     first, *others = (_add_box(box, half) for box in shape.blocks)
-    body, _ = gmsh.model.occ.fuse([first], [*others, *(add(each) for each in shape.cylinders)])
+    body, _ = gmsh.model.occ.fuse(
+        [first], [*others, *(add(cylinder) for cylinder in shape.cylinders)]
+    )
     return list(gmsh.model.occ.cut(body, [part for hollow in hollows for part in hollow])[0])
 
 
@@ -156,13 +158,13 @@ def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
 
 def _cavities(walls: set[int]) -> dict[str, list[int]]:
     """The surfaces of each cavity by its name, the one farthest from the contact face first."""
-    found = []
+    cavities = []
     while walls:
         joined = _connected(min(walls), walls)
         walls = walls - joined
-        found.append(sorted(joined))
-    found.sort(key=lambda cavity: -min(gmsh.model.getBoundingBox(2, each)[0] for each in cavity))
-    return dict(zip(groups.cavity_names(len(found)), found, strict=True))
+        cavities.append(sorted(joined))
+    cavities.sort(key=lambda cavity: -min(gmsh.model.getBoundingBox(2, tag)[0] for tag in cavity))
+    return dict(zip(groups.cavity_names(len(cavities)), cavities, strict=True))
 
 
 def _lies_in(surface: int, axis: int, value: float) -> bool:
@@ -180,10 +182,10 @@ def _connected(start: int, surfaces: set[int]) -> set[int]:
     for surface, tags in curves.items():
         for tag in tags:
             of_curve.setdefault(tag, []).append(surface)
-    found, todo = {start}, [start]
+    reached, todo = {start}, [start]
     while todo:
         for curve in curves[todo.pop()]:
-            new = [s for s in of_curve[curve] if s not in found]
-            found.update(new)
+            new = [s for s in of_curve[curve] if s not in reached]
+            reached.update(new)
             todo += new
-    return found
+    return reached

@@ -125,9 +125,9 @@ def _limit(body: Box, mesh: Mesh, size: float, edge: float) -> None:
 
 def _unique(values: Iterable[float]) -> Floats:
     """Sorted coordinates; coordinates closer than :data:`THINNEST_MM` / 10 become one."""
-    found = np.unique(np.fromiter(values, dtype=float))
-    keep = np.concatenate([[True], np.diff(found) > THINNEST_MM / 10])
-    return found[keep]
+    ordered = np.unique(np.fromiter(values, dtype=float))
+    keep = np.concatenate([[True], np.diff(ordered) > THINNEST_MM / 10])
+    return ordered[keep]
 
 
 def _planes(
@@ -163,26 +163,26 @@ def _divide(
     size, edge, growth = sizes
     head: list[float] = []
     tail: list[float] = []
-    rest = length
+    remaining = length
     next_head, next_tail = (edge if marked else math.inf for marked in ends)
-    while min(next_head, next_tail) < rest / 2:
+    while min(next_head, next_tail) < remaining / 2:
         if next_head <= next_tail:
             head.append(next_head)
-            rest -= next_head
+            remaining -= next_head
             next_head = min(next_head * growth, size)
         else:
             tail.append(next_tail)
-            rest -= next_tail
+            remaining -= next_tail
             next_tail = min(next_tail * growth, size)
-    count = max(1, math.ceil(rest / size - 1e-9))
-    return [*head, *[rest / count] * count, *reversed(tail)]
+    count = max(1, math.ceil(remaining / size - 1e-9))
+    return [*head, *[remaining / count] * count, *reversed(tail)]
 
 
 def _kinds(planes: list[Floats], cavity: Sequence[Box], gaps: Sequence[Box]) -> Ints:
     """The kind of each cell of the grid."""
     kind = np.full([len(p) - 1 for p in planes], SOLID, dtype=np.int64)
-    for label, found in ((OUTSIDE, gaps), (CAVITY, cavity)):
-        for box in found:
+    for label, boxes in ((OUTSIDE, gaps), (CAVITY, cavity)):
+        for box in boxes:
             kind[_within(planes, box)] = label
     return kind
 
@@ -193,8 +193,8 @@ def _regions(planes: list[Floats], boxes: BoxSolid) -> dict[str, Bools]:
         return {}
     names = [boxes.rest, *boxes.regions]
     label = np.zeros([len(p) - 1 for p in planes], dtype=np.int64)
-    for i, found in enumerate(boxes.regions.values(), 1):
-        for box in found:
+    for i, parts in enumerate(boxes.regions.values(), 1):
+        for box in parts:
             label[_within(planes, box)] = i
     return {name: label == i for i, name in enumerate(names)}
 

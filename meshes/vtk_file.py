@@ -66,7 +66,7 @@ def _stl(data: bytes) -> Any:
     if 0 < count <= most:  # of a text, these four letters are a number above 5e8
         numbers: Any = np.frombuffer(data, _TRIANGLE, count, 84)["corners"].astype(float).ravel()
     else:
-        numbers = np.fromiter((x for each in _VERTEX.finditer(data) for x in each.groups()), float)
+        numbers = np.fromiter((x for v in _VERTEX.finditer(data) for x in v.groups()), float)
     corners = numbers[: len(numbers) // 9 * 9].reshape(-1, 3)
     rows: Any = np.arange(len(corners)).reshape(-1, 3)
     return pv.PolyData.from_regular_faces(corners, rows)

@@ -89,13 +89,13 @@ def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing, Facing]:
     Returns:
         Walls, gaps and hollows.
     """
-    found = grid(dimensions.alike(), mesh)
+    cells = grid(dimensions.alike(), mesh)
     walls: list[Floats] = []
     gaps: list[Floats] = []
     hollows: list[Floats] = []
     for axis in range(3):
-        others = [each for each in range(3) if each != axis]
-        kind = np.moveaxis(found.kind, axis, 0)
+        others = [other for other in range(3) if other != axis]
+        kind = np.moveaxis(cells.kind, axis, 0)
         ends = np.pad(kind, ((1, 1), (0, 0), (0, 0)), constant_values=-1)
         for place in product(*(range(count) for count in kind.shape[1:])):
             column = kind[:, place[0], place[1]]
@@ -105,17 +105,17 @@ def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing, Facing]:
                 inner = int(column[start])
                 mirrored = axis == 1 and mesh.half and start == 0
                 if inner == SOLID and CAVITY in sides and not mirrored:
-                    walls.append(_faces(found.planes, axis, others, place, start, end))
+                    walls.append(_faces(cells.planes, axis, others, place, start, end))
                 elif inner == OUTSIDE and sides == {SOLID}:
-                    gaps.append(_faces(found.planes, axis, others, place, start, end))
+                    gaps.append(_faces(cells.planes, axis, others, place, start, end))
                 elif inner == CAVITY and sides == {SOLID}:
-                    hollows.append(_faces(found.planes, axis, others, place, start, end))
-    each = [_stacked(faces, dimensions) for faces in (walls, gaps, hollows)]
-    return each[0], each[1], each[2]
+                    hollows.append(_faces(cells.planes, axis, others, place, start, end))
+    facings = [_stacked(faces, dimensions) for faces in (walls, gaps, hollows)]
+    return facings[0], facings[1], facings[2]
 
 
-def _stacked(found: list[Floats], dimensions: Geometry) -> Facing:
-    corners = np.array(found) if found else np.empty((0, 2, 4, 3))
+def _stacked(faces: list[Floats], dimensions: Geometry) -> Facing:
+    corners = np.array(faces) if faces else np.empty((0, 2, 4, 3))
     if (place := own(dimensions)) is not None:
         corners = place(corners.reshape(-1, 3)).reshape(corners.shape)
     return Facing(corners)
@@ -137,11 +137,11 @@ def _faces(
     end: int,
 ) -> Floats:
     """(2, 4, 3) corners of the faces at both ends of a run, each with its normal along the axis."""
-    found = np.empty((2, 4, 3))
+    corners = np.empty((2, 4, 3))
     order = _ROUND if axis != 1 else _ROUND[::-1]  # x, z are left-handed about y
     for side, at in enumerate((start, end)):
         for corner, steps in enumerate(order):
-            found[side, corner, axis] = planes[axis][at]
+            corners[side, corner, axis] = planes[axis][at]
             for other, cell, step in zip(others, place, steps, strict=True):
-                found[side, corner, other] = planes[other][cell + step]
-    return found
+                corners[side, corner, other] = planes[other][cell + step]
+    return corners

@@ -112,7 +112,7 @@ def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path
     look = look or Look()
     across = min(len(charts), look.across)
     down = -(-len(charts) // across)
-    heights = [1.0, look.lower_share] if any(each.below for each in charts) else [1.0]
+    heights = [1.0, look.lower_share] if any(c.below for c in charts) else [1.0]
     stack = len(heights)
     with figure_theme():
         # A Figure of its own, not pyplot's: pyplot would keep it open and choose a backend.
@@ -133,7 +133,7 @@ def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path
                 upper.set_xlabel("")
                 upper.tick_params(labelbottom=False)
         if look.key == "below":
-            shown = [each.get_legend_handles_labels() for each in figure.axes]
+            shown = [panel.get_legend_handles_labels() for panel in figure.axes]
             keys = {key: handle for pair in shown for handle, key in zip(*pair, strict=True)}
             handles = list(keys.values())
             figure.legend(handles, list(keys), loc="outside lower center", ncols=min(5, 2 * across))
@@ -157,7 +157,7 @@ def draw(chart: Chart, axes: Axes, look: Look | None = None) -> None:
     taken = {s.colour for s in chart.series} | {n for n, code in COLOURS.items() if code in there}
     free = iter(([name for name in COLOURS if name not in taken] or list(COLOURS)) * 9)
     colour = INK
-    bars = [each for each in chart.series if each.style == "bar"]
+    bars = [bar for bar in chart.series if bar.style == "bar"]
     for series in chart.series:
         if series.colour or series.name:
             colour = COLOURS[series.colour or next(free)]
@@ -231,27 +231,27 @@ def _draw_series(axes: Axes, series: Series, colour: str) -> None:
     branches = np.asarray(series.branches)
     present = list(dict.fromkeys(branches.tolist()))
     for branch in present:
-        own = {**style, "clip_on": False}
+        branch_style = {**style, "clip_on": False}
         if points:
-            own["marker"] = BRANCH_MARKERS.get(branch, "o")
+            branch_style["marker"] = BRANCH_MARKERS.get(branch, "o")
         else:
-            own |= BRANCHES.get(branch, {})
+            branch_style |= BRANCHES.get(branch, {})
         label = series.name if len(present) == 1 else f"{series.name}, {branch}"
         for number, rows in enumerate(runs(branches == branch)):
             # a line begins at the turn, or the curve would have a gap
             first = rows.start if points else max(rows.start - 1, 0)
             axes.plot(
                 x[first : rows.stop], y[first : rows.stop], label=None if number else label,
-                markevery=slice(rows.start - first, None), **own,
+                markevery=slice(rows.start - first, None), **branch_style,
             )  # fmt: skip
 
 
 def _draw_bars(axes: Axes, series: Series, bars: Sequence[Series], colour: str, look: Look) -> None:
     """Draw bars to the right; those of one place stand below one another."""
     length, place = np.asarray(series.x, dtype=float), np.asarray(series.y, dtype=float)
-    own = [id(each) for each in bars if np.intersect1d(each.y, place).size] or [id(series)]
-    height = look.bar_share / len(own)
-    place = place + height * (own.index(id(series)) - (len(own) - 1) / 2)
+    stack = [id(bar) for bar in bars if np.intersect1d(bar.y, place).size] or [id(series)]
+    height = look.bar_share / len(stack)
+    place = place + height * (stack.index(id(series)) - (len(stack) - 1) / 2)
     axes.barh(place, length, height, color=colour, label=series.name or None)
     if series.low is not None and series.high is not None:
         axes.hlines(place, series.low, series.high, color=INK, lw=1.0)

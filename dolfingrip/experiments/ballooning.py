@@ -71,14 +71,14 @@ def forecast(config: Config) -> Ballooning | None:
         The forecast; None where no chamber's walls are known, or the law stiffens before.
     """
     factor = most(config.material)
-    ratio = max((each.pressure_ratio for each in config.cavity.all.values()), default=1.0)
+    ratio = max((cavity.pressure_ratio for cavity in config.cavity.all.values()), default=1.0)
     if factor is None or ratio <= 0:
         return None
-    found = [
+    forecasts = [
         Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio)
         for wall, radius in _balloons(config)
     ]
-    return min(found, key=lambda each: each.pressure_kPa, default=None)
+    return min(forecasts, key=lambda balloon: balloon.pressure_kPa, default=None)
 
 
 def _balloons(config: Config) -> Iterator[tuple[float, float]]:
@@ -113,9 +113,9 @@ def note(config: Config) -> list[str]:
     Args:
         config: of a finger.
     """
-    found = None if config.experiment.control == "volume" else forecast(config)
+    limit = None if config.experiment.control == "volume" else forecast(config)
     highest = max(config.protocol.pressure_kPa or [config.experiment.max_pressure_kPa])
-    return [] if found is None or highest < NEAR * found.pressure_kPa else [found.sentence()]
+    return [] if limit is None or highest < NEAR * limit.pressure_kPa else [limit.sentence()]
 
 
 def most(material: Material) -> float | None:
@@ -159,7 +159,7 @@ def thickness_mm(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:
         ),
     ]
     beyond = (sign * (end - face) for end in ends)
-    return min((each for each in beyond if each > TOLERANCE_MM), default=np.inf)
+    return min((gap_mm for gap_mm in beyond if gap_mm > TOLERANCE_MM), default=np.inf)
 
 
 def _film(cavity: Box, axis: int, side: int, solid: BoxSolid, config: Config) -> float:

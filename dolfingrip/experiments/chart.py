@@ -77,17 +77,17 @@ def panels(experiment: Experiment) -> list[Panel]:
     plot = experiment.plot
     shown = {curve.column for curve in plot.curves}
     curves = [(_channel(curve.column), curve.label) for curve in plot.curves]
-    found = [Panel(experiment.title, plot.label, curves)]
+    listed = [Panel(experiment.title, plot.label, curves)]
     by_unit: dict[str, list[tuple[Channel, str]]] = {}
     for channel in experiment.table:
         if channel.name not in shown | {TIME.name, experiment.control.name, plot.over.name}:
-            own = by_unit.setdefault(channel.symbol, [])
-            own.append((channel, channel.short or channel.title))
+            readings = by_unit.setdefault(channel.symbol, [])
+            readings.append((channel, channel.short or channel.title))
     for symbol, channels in by_unit.items():
         names = ", ".join(name for _, name in channels)
         label = channels[0][0].label if len(channels) == 1 else f"{names} ({symbol})"
-        found.append(Panel(f"{experiment.title}: {names.lower()}", label, channels))
-    return found
+        listed.append(Panel(f"{experiment.title}: {names.lower()}", label, channels))
+    return listed
 
 
 def over(experiment: Experiment, table: Columns) -> Channel:
@@ -133,13 +133,13 @@ def chart(
     for result in results:
         x = required(result.table, along.name)
         # over time branches follow one another, so that a curve needs no mark of them
-        branch = None if along == TIME else [str(each) for each in branches(result.table)]
+        branch = None if along == TIME else [str(stage) for stage in branches(result.table)]
         for (channel, name), marker in zip(panel.curves, MARKERS * 9, strict=False):
             y = numbers(result.table, channel.name)
             if y is not None and len(series) < MOST_SERIES:
                 if result.name:
                     name = result.name if len(panel.curves) == 1 else f"{result.name}: {name}"
-                low, high = (numbers(result.table, each) for each in of_band(channel.name))
+                low, high = (numbers(result.table, end) for end in of_band(channel.name))
                 series.append(
                     Series(name, x, y, result.style, result.scene, low, high, branch, marker=marker)
                 )
@@ -160,7 +160,7 @@ def chart(
         Axis(panel.label, first.symbol, ends=ends, zero=True),
         series,
         marks,
-        BANDS if any(each.low is not None and each.marker != "D" for each in series) else "",
+        BANDS if any(drawn.low is not None and drawn.marker != "D" for drawn in series) else "",
     )
 
 
@@ -173,7 +173,7 @@ def _channel(name: str) -> Channel:
 
 def _ends(series: Sequence[Series], channel: Channel) -> tuple[float, float] | None:
     """Ends of the axis of readings that hardly change, so that round-off is not blown up."""
-    values = np.concatenate([np.asarray(each.y, dtype=float) for each in series])
+    values = np.concatenate([np.asarray(curve.y, dtype=float) for curve in series])
     low, high = np.nanmin(values), np.nanmax(values)
     if not channel.noise or high - low >= SMALL * channel.noise:
         return None
@@ -194,20 +194,20 @@ def _measured(
     table: Columns, experiment: str, along: str, curves: Sequence[tuple[Channel, str]]
 ) -> list[Series]:
     """The readings of an instrument, with bars of its ordinary noise."""
-    own = select_rows(table, "experiment", experiment)
-    x = numbers(own, along)
-    known = [(c, name, y) for c, name in curves if (y := numbers(own, c.name)) is not None]
-    found = []
+    rows = select_rows(table, "experiment", experiment)
+    x = numbers(rows, along)
+    readings = [(c, name, y) for c, name in curves if (y := numbers(rows, c.name)) is not None]
+    drawn = []
     if x is None:
         return []
     order = np.argsort(x, kind="stable")
-    for channel, name, y in known:
+    for channel, name, y in readings:
         half = BAND_STD * channel.noise
-        name = "measured" if len(known) == 1 else f"measured, {name}"
+        name = "measured" if len(readings) == 1 else f"measured, {name}"
         y = y[order]
         low, high = (y - half, y + half) if half else (None, None)
-        found.append(Series(name, x[order], y, "points", None, low, high, colour="ink", marker="D"))
-    return found
+        drawn.append(Series(name, x[order], y, "points", None, low, high, colour="ink", marker="D"))
+    return drawn
 
 
 def _turning_point(turn: TurningPoint, over: np.ndarray) -> tuple[list[Series], Mark]:

@@ -92,14 +92,14 @@ class Coupon(Experiment):
         stretch = 1 + result.column(NOMINAL_STRAIN.name)
         volume = stretch * (1 + result.column(TRANSVERSE_STRAIN.name)) ** 2
         most, nu = int(volume.argmax()), result.config.material.poisson
-        found = doubts.of_law(result.config, float(stretch.max()))
+        sentences = doubts.of_law(result.config, float(stretch.max()))
         if volume[most] > GROWN:
             soft = ", where the energy K/2 (ln J)² softens" if volume[most] > math.e else ""
-            found.append(
+            sentences.append(
                 f"at a stretch of {stretch[most]:.3g} the volume is {volume[most]:.2f} of that at "
                 f"rest{soft}: rubber keeps it and resists more; nu = {nu:.4g}"
             )
-        return found
+        return sentences
 
     def setup(self, config: Config) -> dict[str, Any]:
         return {

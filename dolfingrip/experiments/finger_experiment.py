@@ -107,36 +107,36 @@ def notes(config: Config) -> list[str]:
     """
     from dolfingrip.experiments.results import doubts
 
-    found = [*doubts.not_given(config), *_units(config)]
+    sentences = [*doubts.not_given(config), *_units(config)]
     names = config.cavity.all if config.mesh.file else config.geometry.cavities()
     cavities = config.cavity
     if names and not any(cavities.ratio(name) or name in cavities.own for name in names):
         first = next(iter(names))
         why = "closed = true" if cavities.of(first).closed else "pressure_ratio = 0"
-        found.append(
+        sentences.append(
             f"cavity.{first}.{why}: no cavity has a supply, so the pressure moves nothing; allowed "
             "for an answer to it: at least one cavity that is not closed, at a ratio that is not 0"
         )
     region, element = config.geometry.limiting, config.solver.element
     if region and not (config.mesh.file or region in config.material.own or config.film.all):
-        found.append(
+        sentences.append(
             f'finger.kind = "{config.finger.kind}": its region {region} is of the same material as '
             "the rest, so nothing limits its strain, and the finger may bend the wrong way; give "
             f"[material.{region}], or a film on it, as [film.NAME]"
         )
     quadratic = element or ("S2" if config.hexahedra else "P2")
     if element == "P1":
-        found.append(
+        sentences.append(
             'solver.element = "P1": linear tetrahedra are too stiff in thin walls (tip '
             'displacement 38 % too small with walls of 1 mm); take "P2"'
         )
     most, does = NEARLY_INCOMPRESSIBLE.get(quadratic, (0.5, ""))
     if config.material.poisson > most:
-        found.append(
+        sentences.append(
             f'solver.element = "{quadratic}": nu = {config.material.poisson:.4g} is nearly '
             f'incompressible, where it {does}; take "P2-P1"'
         )
-    return found
+    return sentences
 
 
 RUBBER_MPA: Final = (0.001, 30.0)

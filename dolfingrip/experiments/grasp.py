@@ -147,7 +147,7 @@ class Grasp(Experiment):
     def efforts(self, config: Config) -> list[float]:
         """The steps to each reading, those of the lift and of waits by their cost."""
         waits = dict.fromkeys(("hold", "approach"), WAIT_EFFORT)
-        each = {**waits, "lift": LIFT_EFFORT}
+        by_branch = {**waits, "lift": LIFT_EFFORT}
         stops, longest_s = self.schedule(config), config.gripper.step_s
         lifted_s = lift_starts_s(config) if config.experiment.dynamic else math.inf
         ways = [after.time_s - before.time_s for before, after in itertools.pairwise(stops)]
@@ -155,7 +155,7 @@ class Grasp(Experiment):
             1.0,
             *(
                 math.ceil(way_s / (DYNAMIC_STEP_S if stop.time_s > lifted_s else longest_s))
-                * each.get(stop.branch, 1.0)
+                * by_branch.get(stop.branch, 1.0)
                 for way_s, stop in zip(ways, stops[1:], strict=True)
             ),
         ]

@@ -35,11 +35,11 @@ def find(name: str) -> Experiment:
     Raises:
         ConfigError: one line that lists the allowed names.
     """
-    by_name = {each.command: each for each in EXPERIMENTS.values()} | {**EXPERIMENTS}
+    by_name = {entry.command: entry for entry in EXPERIMENTS.values()} | {**EXPERIMENTS}
     if name not in by_name:
-        told = [
-            known if known == each.command else f"{known} (or {each.command})"
-            for known, each in EXPERIMENTS.items()
+        allowed = [
+            key if key == entry.command else f"{key} (or {entry.command})"
+            for key, entry in EXPERIMENTS.items()
         ]
-        raise ConfigError(f"experiment {name}: allowed: {', '.join(told)}")
+        raise ConfigError(f"experiment {name}: allowed: {', '.join(allowed)}")
     return by_name[name]

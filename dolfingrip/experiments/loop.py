@@ -87,7 +87,7 @@ def run(
         ConfigError: one line about bad input.
         WriteError: on every rank, one line about a file that could not be written.
     """
-    asked = Request.of(
+    request = Request.of(
         experiment,
         config or Config(),
         gradients,
@@ -95,7 +95,7 @@ def run(
         mesh_check=mesh_check,
         bands=bands,
     )
-    return follow(asked, comm, progress, tell)
+    return follow(request, comm, progress, tell)
 
 
 def follow(
@@ -121,26 +121,26 @@ def follow(
     Raises:
         ConfigError: one line about bad input.
     """
-    asked = choices(request.config, request.gradients)
+    model_choices = choices(request.config, request.gradients)
     with told_to(tell):
         result = _once(request, comm, progress, tell)
         plain = replace(request, gradients=None, fields=None, mesh_check=False, bands=None)
         if request.mesh_check:
             check = _mesh_check(result, plain, comm, progress, tell)
             result.facts = result.facts.model_copy(update={"mesh_check": check})
-        for choice in asked:
+        for choice in model_choices:
             other = _once(replace(plain, config=choice.other), comm, progress, tell)
             assert not isinstance(other.failure, RunFailure)
             result.second_runs[choice.key] = other.failure
             result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
-    if asked:
+    if model_choices:
         ended = {
             key: "complete" if failure is None else failure.sentence()
             for key, failure in result.second_runs.items()
         }
         result.facts = result.facts.model_copy(update={"second_runs": ended})
     out, facts, slopes = request.fields, result.facts, result.sensitivities
-    if out is not None and (asked or request.mesh_check):
+    if out is not None and (model_choices or request.mesh_check):
         on_root(comm, lambda: write_outcome(out, facts, slopes))
     comm.Barrier()
     return result
@@ -154,10 +154,10 @@ def _mesh_check(
     start = time.perf_counter()
     try:
         finer = replace(request, config=mesh_error.bisected(request.config))
-        found = mesh_error.estimate(result, _once(finer, comm, progress, tell))
+        check = mesh_error.estimate(result, _once(finer, comm, progress, tell))
     except ConfigError as reason:  # cells that cannot be bisected, or too many for the memory
-        found = MeshCheck(why=f"the run on the bisected mesh is refused: {reason}")
-    return found.model_copy(update={"wall_s": round(time.perf_counter() - start, 3)})
+        check = MeshCheck(why=f"the run on the bisected mesh is refused: {reason}")
+    return check.model_copy(update={"wall_s": round(time.perf_counter() - start, 3)})
 
 
 def _once(
@@ -174,7 +174,7 @@ def _once(
     built = config if bands is None else bands.config
     keys = request.gradients if bands is None else bands.keys(request.gradients)
     rig = experiment.prepare(built, comm, profile)
-    banded = [] if bands is None else [n for n, each in rig.readings.items() if each.derived]
+    banded = [] if bands is None else [n for n, reading in rig.readings.items() if reading.derived]
     names = columns(experiment, rig.newton.model.domain.cavities, config, banded)
     rig.newton.watch.tell = tell
     result = Result(experiment.name, config, order=names, folder=request.fields)
@@ -192,21 +192,21 @@ def _once(
         def reached(row: Row) -> None:
             place = len(result.rows)
             result.rows.append(row)
-            for each in derived:
-                each.record(place)
+            for source in derived:
+                source.record(place)
             if bands is not None:
-                slopes = (one for each in derived for one in each.rows)
+                slopes = (one for source in derived for one in source.rows)
                 row |= bands.ends(result.rows, slopes, banded)
             if recorder is not None:
                 recorder.append(row)
             progress(row)
 
-        observers = [each.forward for each in derived if isinstance(each, Sensitivities)]
+        observers = [source.forward for source in derived if isinstance(source, Sensitivities)]
         failure = _lead(experiment, rig, stops, reached, observers)
         if failure is not None:
             failure = explained(failure, rig)
         result.failure = failure
-        result.sensitivities = SensitivityTable(row for each in derived for row in each.rows)
+        result.sensitivities = SensitivityTable(row for source in derived for row in source.rows)
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
         notes = experiment.notes(config)

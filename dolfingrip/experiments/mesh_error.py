@@ -77,15 +77,15 @@ def estimate(run: Readings, finer: Readings) -> MeshCheck:
         return MeshCheck(why=f"the run on the bisected mesh ends earlier{ended}")
     errors: dict[str, tuple[float, ...]] = {}
     reasons: dict[str, str] = {}
-    for name, values in ((each, run[each]) for each in run if each in CHANNELS):
+    for name, values in ((column, run[column]) for column in run if column in CHANNELS):
         if values.dtype.kind != "f" or name not in finer:
             continue
-        found = -whole(run.config) * (finer[name][: len(run)] - values)
-        if not np.isfinite(found).all() or not found.any():
+        error = -whole(run.config) * (finer[name][: len(run)] - values)
+        if not np.isfinite(error).all() or not error.any():
             continue  # such as what both runs prescribe
-        if np.abs(found).max() >= LARGEST * np.abs(values).max():
+        if np.abs(error).max() >= LARGEST * np.abs(values).max():
             most = 100 * LARGEST
             reasons[name] = f"the mesh is too coarse: its error is above {most:g} %"
             continue
-        errors[name] = tuple(map(float, found))
+        errors[name] = tuple(map(float, error))
     return MeshCheck(errors=errors, reasons=reasons)

@@ -71,9 +71,9 @@ class PressureCurve:
 
     def at(self, pressure_kPa: np.ndarray) -> np.ndarray:
         """Angles (deg) at pressures (kPa)."""
-        found = np.interp(pressure_kPa, self.pressure_kPa, self.angle_deg)
+        angle_deg = np.interp(pressure_kPa, self.pressure_kPa, self.angle_deg)
         beyond = np.maximum(pressure_kPa - self.pressure_kPa[-1], 0.0)
-        return np.asarray(found + beyond * self._last_slope())
+        return np.asarray(angle_deg + beyond * self._last_slope())
 
     def _last_slope(self) -> float:
         start = 0.9 * self.pressure_kPa[-1]
@@ -154,13 +154,13 @@ def simulated(
     Raises:
         ConfigError: bad input, in one line.
     """
-    found = []
+    curves = []
     for i, fit in enumerate(posterior.fit):
-        own = changed(config, fit.set)
+        fit_config = changed(config, fit.set)
         first = next(j for j, other in enumerate(posterior.fit) if other.set == fit.set)
         folder = out / f"fit-{first + 1}"
-        if not is_simulated(folder, own):
-            run("bending", own, out=folder, progress=lambda row, i=i: progress(i, row))  # type: ignore[misc]
+        if not is_simulated(folder, fit_config):
+            run("bending", fit_config, out=folder, progress=lambda row, i=i: progress(i, row))  # type: ignore[misc]
         rows = pd.read_csv(folder / "result.csv")
         if len(rows) < 3:
             raise ConfigError(
@@ -172,8 +172,8 @@ def simulated(
             volume / volume[0], rows[PRESSURE.name].to_numpy(), rows[posterior.reading].to_numpy()
         )
         curve = PressureCurve.of(pressure * fit.correction(growth), angle)
-        found.append(replace(curve, simulated_deg=float(rows[posterior.reading].max())))
-    return found
+        curves.append(replace(curve, simulated_deg=float(rows[posterior.reading].max())))
+    return curves
 
 
 def further(
@@ -185,8 +185,8 @@ def further(
     start = growth[-1] - 0.1 * (growth[-1] - growth[0])
     ratio = FURTHER * (growth[-1] - growth[0]) / (growth[-1] - start)
     return tuple(
-        np.append(each, each[-1] + ratio * (each[-1] - np.interp(start, growth, each)))
-        for each in (growth, pressure_kPa, angle_deg)
+        np.append(path, path[-1] + ratio * (path[-1] - np.interp(start, growth, path)))
+        for path in (growth, pressure_kPa, angle_deg)
     )  # type: ignore[return-value]
 
 
@@ -199,5 +199,5 @@ def is_simulated(folder: Path, config: Config) -> bool:
     """
     if not RunFile.is_in(folder):
         return False
-    known = RunFile.read(folder)
-    return known.wall_s is not None and configuration.from_dict(known.config) == config
+    run_file = RunFile.read(folder)
+    return run_file.wall_s is not None and configuration.from_dict(run_file.config) == config

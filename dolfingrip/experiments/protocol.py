@@ -68,18 +68,18 @@ def cycles(
         experiment: number of cycles, waits, and whether to unload.
         before: values from 0 on that each cycle goes to and back from first, as of suction.
     """
-    found: list[Stop] = [Stop(values[0], 0.0, "loading")]
+    stops: list[Stop] = [Stop(values[0], 0.0, "loading")]
 
     def ramp(targets: Sequence[float], cycle: int) -> None:
         for value in targets:
-            last = found[-1]
+            last = stops[-1]
             time_s = last.time_s + abs(value - last.value) / rate
-            found.append(Stop(value, time_s, branch_of(last.value, value), cycle))
+            stops.append(Stop(value, time_s, branch_of(last.value, value), cycle))
 
     def wait(length_s: float, cycle: int) -> None:
-        last = found[-1]
+        last = stops[-1]
         for after in waits(length_s, experiment.hold_readings, even=experiment.dynamic):
-            found.append(Stop(last.value, last.time_s + after, "hold", cycle))
+            stops.append(Stop(last.value, last.time_s + after, "hold", cycle))
 
     for cycle in range(1, experiment.cycles + 1):
         ramp(before[1:], cycle)
@@ -89,7 +89,7 @@ def cycles(
         if experiment.unload or experiment.cycles > 1:
             ramp(values[-2::-1], cycle)
             wait(experiment.rest_s, cycle)
-    return found
+    return stops
 
 
 def given(
@@ -102,16 +102,16 @@ def given(
         values: values of its control.
         others: values of further controls, by name.
     """
-    found: list[Stop] = []
+    stops: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0
         branch: Branch = "hold" if i and value == before else branch_of(before, value)
         if protocol.branch:
             branch = protocol.branch[i]
-        further = {name: each[i] for name, each in others.items()}
+        further = {name: series[i] for name, series in others.items()}
         cycle = protocol.cycle[i] if protocol.cycle else 1
-        found.append(Stop(value, time_s, branch, cycle, further))
-    return found
+        stops.append(Stop(value, time_s, branch, cycle, further))
+    return stops
 
 
 LEAST = 0.1
@@ -134,13 +134,13 @@ def pressure_stops(config: Config) -> Sequence[Stop]:
         ConfigError: one line, if the protocol is not one for a finger, or tells one time twice to
             a finger with inertia.
     """
-    found = _pressure_stops(config)
-    for one, other in pairwise(found) if config.experiment.dynamic else ():
+    stops = _pressure_stops(config)
+    for one, other in pairwise(stops) if config.experiment.dynamic else ():
         if other.time_s - one.time_s < EVEN_S:
             key = "protocol.time_s" if config.protocol.time_s else "experiment.hold_s: readings at"
             allowed = f"with experiment.dynamic each {EVEN_S:g} s or more after the one before"
             raise ConfigError(f"{key} = {one.time_s:g}, {other.time_s:g}: allowed: {allowed}")
-    return found
+    return stops
 
 
 def _pressure_stops(config: Config) -> Sequence[Stop]:
@@ -152,8 +152,8 @@ def _pressure_stops(config: Config) -> Sequence[Stop]:
             raise ConfigError(
                 f'experiment.control = "{experiment.control}": allowed: "pressure" with a protocol'
             )
-        own = {supply_of(name).name: each for name, each in config.cavity.own.items()}
-        return given(protocol, protocol.pressure_kPa, own)
+        supplies = {supply_of(name).name: kPa for name, kPa in config.cavity.own.items()}
+        return given(protocol, protocol.pressure_kPa, supplies)
     if by_pressure(config):
         most, least = experiment.max_pressure_kPa, experiment.min_pressure_kPa
         values, suction = (steps(end, experiment.step_kPa) for end in (most, least))
@@ -285,22 +285,22 @@ class Lift(NamedTuple):
         if not self.rising_s:
             return time_s / self.length_s
         left_s = self.length_s - time_s
-        first, last = (max(self.rising_s - each, 0.0) for each in (time_s, left_s))
-        whole = self.rising_s * (self.length_s - self.rising_s)
+        first, last = (max(self.rising_s - after_s, 0.0) for after_s in (time_s, left_s))
+        total = self.rising_s * (self.length_s - self.rising_s)
         went = self.rising_s * (time_s - self.rising_s / 2) + first**2 / 2 - last**2 / 2
-        return went / whole
+        return went / total
 
     def acceleration_mm_per_s2(self, time_s: float) -> float:
         """Return the gripper's acceleration upwards at a time since its start."""
         ends = (0.0, self.rising_s, self.length_s - self.rising_s, self.length_s)
-        passed = sum(time_s > each + EVEN_S for each in ends)
+        passed = sum(time_s > end_s + EVEN_S for end_s in ends)
         return self.rate_mm_per_s2 * (0, 1, 0, -1, 0)[passed]
 
     def stops_s(self, count: int) -> list[float]:
         """Return times of readings since its start: its phases' ends among ``count`` even ones."""
         even = [self.length_s * i / count for i in range(1, count + 1)]
         ends = [self.rising_s, self.length_s - self.rising_s] if self.rising_s else []
-        return sorted({round(each, 9): each for each in (*ends, *even)}.values())
+        return sorted({round(at_s, 9): at_s for at_s in (*ends, *even)}.values())
 
 
 def table_z_mm(config: Config, time_s: float) -> float:
@@ -328,19 +328,19 @@ def grasp_stops(config: Config) -> Sequence[Stop]:
     gripper, experiment = config.gripper, config.experiment
     suction, largest = experiment.min_pressure_kPa, experiment.max_pressure_kPa
     count, lift = gripper.lift_readings, Lift.of(config)
-    found: list[Stop] = []
+    stops: list[Stop] = []
 
     def ramp(values: Sequence[float], start_s: float) -> None:
         ways = [abs(b - a) for a, b in pairwise(values)]
         for i, value in enumerate(values):
             part = sum(ways[:i]) / sum(ways)
-            if i or not found:  # the approach ends where the second ramp starts
+            if i or not stops:  # the approach ends where the second ramp starts
                 time_s = start_s + gripper.pressurise_s * part
-                found.append(Stop(value, time_s, branch_of(values[i - 1] if i else 0.0, value)))
+                stops.append(Stop(value, time_s, branch_of(values[i - 1] if i else 0.0, value)))
 
     def move(value: float, start_s: float, lift: Lift, branch: GraspBranch) -> None:
-        found.append(Stop(value, start_s, "hold"))
-        found.extend(Stop(value, start_s + each, branch) for each in lift.stops_s(count))
+        stops.append(Stop(value, start_s, "hold"))
+        stops.extend(Stop(value, start_s + at_s, branch) for at_s in lift.stops_s(count))
 
     closing = steps(largest, experiment.step_kPa)
     if suction:
@@ -352,7 +352,7 @@ def grasp_stops(config: Config) -> Sequence[Stop]:
     else:
         ramp(closing, 0.0)
     move(largest, lift_starts_s(config), lift, "lift")
-    ends_s, rate = found[-1].time_s, count / lift.length_s
+    ends_s, rate = stops[-1].time_s, count / lift.length_s
     after = math.ceil(rate * gripper.settle_s) if experiment.dynamic else 1
     waited = [ends_s + gripper.settle_s * (i + 1) / after for i in range(after)]
-    return [*found, *(Stop(largest, each, "hold") for each in waited)]
+    return [*stops, *(Stop(largest, wait_s, "hold") for wait_s in waited)]

@@ -64,16 +64,16 @@ def columns(
         banded: columns that have a band.
     """
     names = cavities if len(cavities) > 1 else ()
-    several = [each.name for name in names for each in of_cavity(name)]
+    several = [c.name for name in names for c in of_cavity(name)]
     if config is not None and "finger" in experiment.parts:
         several += [supply_of(name).name for name in config.cavity.own]
         line = of_line(config.camera.markers, curve=config.curve is not None)
         pressed = () if config.obstacle is None else OBSTACLE
-        several += [each.name for each in (*line, *pressed)]
-    own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
-    shared = [name for name in CHANNELS if name in own]
+        several += [c.name for c in (*line, *pressed)]
+    instrumental = {c.name for c in (*measured(), *read_of(*experiment.parts))}
+    shared = [name for name in CHANNELS if name in instrumental]
     ends = (end for name in banded for end in of_band(name))
-    return (*WHO, *shared, *(each.name for each in experiment.columns), *several, *EFFORT, *ends)
+    return (*WHO, *shared, *(c.name for c in experiment.columns), *several, *EFFORT, *ends)
 
 
 def described(experiment: Experiment) -> list[tuple[str, str]]:
@@ -83,12 +83,12 @@ def described(experiment: Experiment) -> list[tuple[str, str]]:
         experiment: whose columns they are.
     """
     filled = {
-        each.name: each.about
-        for each in (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))
+        channel.name: channel.about
+        for channel in (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))
     }
-    own = {each.name: each.about for each in experiment.columns}
-    known = {**WORDS, **filled, **own, **EFFORT}
-    return [(name, known[name]) for name in columns(experiment) if name in known]
+    special = {channel.name: channel.about for channel in experiment.columns}
+    meanings = {**WORDS, **filled, **special, **EFFORT}
+    return [(name, meanings[name]) for name in columns(experiment) if name in meanings]
 
 
 def write_outcome(out: Path, facts: RunFile, sensitivities: SensitivityTable) -> None:
@@ -100,7 +100,7 @@ def write_outcome(out: Path, facts: RunFile, sensitivities: SensitivityTable) ->
         sensitivities: derivatives of its readings.
     """
     if sensitivities:
-        rows = [{name: digits(value) for name, value in each.items()} for each in sensitivities]
+        rows = [{name: digits(value) for name, value in entry.items()} for entry in sensitivities]
         table.write(out / FILE, rows)
     facts.write(out)
 

@@ -121,13 +121,13 @@ class Request:
             ConfigError: one line, where there is no such experiment, or the configuration cannot
                 have its settings.
         """
-        found = find(experiment) if isinstance(experiment, str) else experiment
+        chosen = find(experiment) if isinstance(experiment, str) else experiment
         keys = None if gradients is None else tuple(gradients)
-        if config.experiment.dynamic and not found.dynamic:
-            raise ConfigError(f"experiment.dynamic = true: {found.command}: allowed: false")
+        if config.experiment.dynamic and not chosen.dynamic:
+            raise ConfigError(f"experiment.dynamic = true: {chosen.command}: allowed: false")
         if config.experiment.dynamic and (keys is not None or wanted.get("bands") is not None):
             raise ConfigError("experiment.dynamic = true: gradients, bands: allowed: false")
-        return cls(found, found.settings(config), keys, **wanted)
+        return cls(chosen, chosen.settings(config), keys, **wanted)
 
     @property
     def key(self) -> str:
@@ -162,8 +162,8 @@ class Request:
 
     def plain(self) -> Data:
         """Return the request as plain data, to be sent; the experiment is one of the index."""
-        found: Data = _REQUEST.dump_python(self, mode="json")
-        return found
+        plain: Data = _REQUEST.dump_python(self, mode="json")
+        return plain
 
     @staticmethod
     def from_plain(data: Data) -> Request:
@@ -209,8 +209,8 @@ class Answer:
 
     def plain(self) -> Data:
         """Return the answer as plain data, to be sent and stored."""
-        found: Data = _ANSWER.dump_python(self, mode="json")
-        return found
+        plain: Data = _ANSWER.dump_python(self, mode="json")
+        return plain
 
     @staticmethod
     def from_plain(data: Data) -> Answer:

@@ -139,7 +139,7 @@ class Result(Readings):
         cells = [[f"{x:z{c.form}}" if x == x else "–" for x in v] for c, v in values.items()]
         rows = list(zip(*cells, strict=True))
         title = repr(self).splitlines()[0].strip("<>")
-        return TextTable([each.heading for each in values], rows, title).html()
+        return TextTable([channel.heading for channel in values], rows, title).html()
 
     def __repr__(self) -> str:
         """Lines with the number of readings, how the run ended, and the last row."""

@@ -159,8 +159,8 @@ def of_row(row: Data) -> Answer:
     Returns:
         The answer.
     """
-    found = row["result"] or row["partial"]
-    answer = Answer.from_plain(found) if found else Answer()
+    stored = row["result"] or row["partial"]
+    answer = Answer.from_plain(stored) if stored else Answer()
     return replace(
         answer,
         failure_class=row["failure_class"],
@@ -257,13 +257,13 @@ def answer_of(request: Request, result: Result) -> Answer:
         if (not wanted or name in wanted) and not isinstance(values[0], str):
             columns[name] = result.column(name)
     slopes: dict[tuple[str, str], np.ndarray] = {}
-    for each in result.sensitivities:
-        if not wanted or each["column"] in wanted:
-            names = each["column"], each["parameter"]
-            slopes.setdefault(names, np.full(len(rows), np.nan))[each["row"]] = each["derivative"]
+    for entry in result.sensitivities:
+        if not wanted or entry["column"] in wanted:
+            names = entry["column"], entry["parameter"]
+            slopes.setdefault(names, np.full(len(rows), np.nan))[entry["row"]] = entry["derivative"]
     if (checked := result.facts.mesh_check) is not None:
-        found = {(name, MESH): np.array(errors) for name, errors in checked.errors.items()}
-        slopes |= {names: errors for names, errors in found.items() if names[0] in columns}
+        mesh_errors = {(name, MESH): np.array(errors) for name, errors in checked.errors.items()}
+        slopes |= {names: errors for names, errors in mesh_errors.items() if names[0] in columns}
     failure = result.failure
     return Answer(
         columns,
@@ -301,9 +301,9 @@ def _on_ranks(request: Request) -> Answer:
     environment = {k: v for k, v in os.environ.items() if not k.startswith(_OF_MPI)}
     kept = {k: v for k, v in os.environ.items() if "_MCA_" in k}
     with tempfile.TemporaryDirectory(prefix="dolfingrip-") as folder:
-        asked, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
-        whole.write(asked, json.dumps(request.plain()))
-        program = [sys.executable, "-P", "-m", MODULE, asked, answer]
+        question, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
+        whole.write(question, json.dumps(request.plain()))
+        program = [sys.executable, "-P", "-m", MODULE, question, answer]
         ended = subprocess.run(
             [*guard, "mpirun", "-n", str(request.ranks), *map(str, program)],
             env={**environment, **MORE_RANKS_THAN_CORES, **kept, "OMP_NUM_THREADS": "1"},
@@ -312,27 +312,27 @@ def _on_ranks(request: Request) -> Answer:
         )  # fmt: skip
         if not answer.exists():
             raise MachineError(_of_mpirun(ended.returncode, ended.stdout))
-        found = Finished.loads(answer.read_text(encoding="utf-8"))
-    if found.status == "broken":
-        raise MachineError(found.failure)
-    if found.failure_class == REFUSED:
-        raise ConfigError(found.failure or REFUSED)
-    return of_row(asdict(found))
+        finished = Finished.loads(answer.read_text(encoding="utf-8"))
+    if finished.status == "broken":
+        raise MachineError(finished.failure)
+    if finished.failure_class == REFUSED:
+        raise ConfigError(finished.failure or REFUSED)
+    return of_row(asdict(finished))
 
 
 def _of_mpirun(code: int, said: str) -> str:
     """Why mpirun has no answer, in one line: a signal that ended a rank, or what it said last."""
     # a code above 128 is that of a signal, as the shell has it
-    told = re.search(r"rank (?P<rank>\d+).{0,200}? on\s+signal (?P<signal>\d+)", said, re.DOTALL)
+    match = re.search(r"rank (?P<rank>\d+).{0,200}? on\s+signal (?P<signal>\d+)", said, re.DOTALL)
     # MPICH tells no rank
-    told = told or re.search(r"EXIT STRING: (?P<rank>)[^()]*\(signal (?P<signal>\d+)\)", said)
-    number = int(told["signal"]) if told else -code if code < 0 else code - 128
+    match = match or re.search(r"EXIT STRING: (?P<rank>)[^()]*\(signal (?P<signal>\d+)\)", said)
+    number = int(match["signal"]) if match else -code if code < 0 else code - 128
     try:
         name = signal.Signals(number).name
     except ValueError:
         lines = [line for line in said.splitlines() if line.strip(" -*=")]
         return f"mpirun ended with {code}: {lines[-1] if lines else 'nothing said'}"
-    who = (f"rank {told['rank']}" if told["rank"] else "a rank") if told else "mpirun"
+    who = (f"rank {match['rank']}" if match["rank"] else "a rank") if match else "mpirun"
     hint = _HINTS.get(number, "allowed: the same command, which tries it again")
     return f"{who} was ended by signal {number} ({name}); {hint}"
 
@@ -347,17 +347,17 @@ def main(request: Path, answer: Path) -> None:
     _end_with_parent()
     from mpi4py import MPI
 
-    asked = json.loads(request.read_text(encoding="utf-8"))
+    plain = json.loads(request.read_text(encoding="utf-8"))
     try:
-        found = work.compute(Job("", FUNCTION, {"request": asked, "on_all_ranks": True}))
+        ended = work.compute(Job("", FUNCTION, {"request": plain, "on_all_ranks": True}))
     except whole.WriteError as error:  # on all ranks
-        found = Finished("", "broken", failure_class=MACHINE, failure=str(error))
+        ended = Finished("", "broken", failure_class=MACHINE, failure=str(error))
     else:
-        if found.status == "broken" or found.failure_class == ERROR:  # perhaps on this rank alone
-            sys.stderr.write(f"{found.failure}\n")
+        if ended.status == "broken" or ended.failure_class == ERROR:  # perhaps on this rank alone
+            sys.stderr.write(f"{ended.failure}\n")
             MPI.COMM_WORLD.Abort(70)  # the other ranks would wait for this one for ever
     if MPI.COMM_WORLD.rank == 0:
-        whole.write(answer, found.dumps())
+        whole.write(answer, ended.dumps())
 
 
 def _end_with_parent() -> None:

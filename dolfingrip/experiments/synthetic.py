@@ -155,8 +155,8 @@ def measure(
     rng = np.random.default_rng(seed)
     truth = drawn(hidden or config, nuisances, rng)
     markers = of_line(config.camera.markers, curve=False)
-    columns = (*MEASURED, *(each.name for each in markers))
-    noise = {**{each.name: each.noise for each in markers if noise}, **noise}
+    columns = (*MEASURED, *(channel.name for channel in markers))
+    noise = {**{channel.name: channel.noise for channel in markers if noise}, **noise}
     rows: list[Row] = []
     failures = []
     for kind in kinds:

@@ -43,7 +43,7 @@ def _frequencies(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
 
     def found() -> Mapping[str, float]:
         values = natural_frequencies_Hz(newton, mass, len(FREQUENCIES))
-        return {each.name: float(x) for each, x in zip(FREQUENCIES, values, strict=True)}
+        return {channel.name: float(x) for channel, x in zip(FREQUENCIES, values, strict=True)}
 
     return found
 

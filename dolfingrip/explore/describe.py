@@ -56,9 +56,9 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
     failed = _failed(wanted, solved)
     if failed is not None:
         (scene, where), badge = failed, "did not reach the end"
-    found = ((kind, library.blend(wanted, kind)) for kind in EXPERIMENTS)
-    blends = {kind: each for kind, each in found if each is not None and each.checked}
-    charts = [_chart(kind, each, kind == wanted.view) for kind, each in blends.items()]
+    pairs = ((kind, library.blend(wanted, kind)) for kind in EXPERIMENTS)
+    blends = {kind: b for kind, b in pairs if b is not None and b.checked}
+    charts = [_chart(kind, b, kind == wanted.view) for kind, b in blends.items()]
     return {
         "scenes": [replace(scene, title=find(wanted.view).title, kind=wanted.view).packed()],
         "charts": html.charts_data(charts),
@@ -75,7 +75,7 @@ def _shape(wanted: Wanted, blend: Blend | None) -> tuple[Scene, str, str]:
     with suppress(MeshError):  # of solved points that do not fit the design's dimensions
         if blend is not None:
             off = blend.shape_error_mm()
-            told = "" if off is None else f": the shape is right to {_rough(off, 'mm')}"
+            precision = "" if off is None else f": the shape is right to {_rough(off, 'mm')}"
             badge = "coarse mesh" if blend.coarse else ""
             if off is not None:
                 channel = READINGS[blend.of[0].run.experiment.name]
@@ -83,7 +83,7 @@ def _shape(wanted: Wanted, blend: Blend | None) -> tuple[Scene, str, str]:
                 badge = f"estimate ± {error}, shape ± {_rough(off, 'mm')}"
             elif not blend.exact:
                 badge = "interpolated" if blend.own else "estimate, error unknown"
-            return blend.scene(), _where(blend) + told, badge
+            return blend.scene(), _where(blend) + precision, badge
     scene = unloaded_shape((wanted.coarse or wanted).config)
     return scene, "not solved: the shape without load", "not solved, without load"
 
@@ -133,7 +133,7 @@ def _numbers(space: Space, wanted: Wanted, blends: Mapping[str, Blend]) -> list[
     """
     predicted = _predicted(space, wanted)
     largest = said(wanted.config.experiment.max_pressure_kPa, "kPa")
-    found = [
+    rows = [
         {"name": label(COG).partition(" (")[0], "value": said(_offset(wanted), "mm"),
          "said": "of the unloaded shape's mesh"}
     ]  # fmt: skip
@@ -141,18 +141,18 @@ def _numbers(space: Space, wanted: Wanted, blends: Mapping[str, Blend]) -> list[
         name = f"{NAMES[kind]} at {largest}"
         if channel.name in predicted:
             value, error = predicted[channel.name]
-            found.append(
+            rows.append(
                 {"name": name, "value": _told(value, error, channel.symbol), "said": "surrogate"}
             )
         blend = blends.get(kind)
         if blend is None:
             if channel.name not in predicted:
-                found.append({"name": name, "value": "–", "said": "not solved yet"})
+                rows.append({"name": name, "value": "–", "said": "not solved yet"})
             continue
         value = float(blend.reading(channel.name)[-1])
-        told = _told(value, _error(blend, channel), channel.symbol)
-        found.append({"name": name, "value": told, "said": _where(blend)})
-    return found
+        text = _told(value, _error(blend, channel), channel.symbol)
+        rows.append({"name": name, "value": text, "said": _where(blend)})
+    return rows
 
 
 def _error(blend: Blend, channel: Channel) -> float | None:
@@ -253,7 +253,7 @@ def _placed(config: Config, finger: Scene) -> Scene:
 
 def _copies(part: Part, stand: Stand, name: str) -> list[Part]:
     """A part of the finger where the finger stands, with its mirror image as a part of its own."""
-    found = []
+    copies = []
     for side in (1.0, -1.0) if part.mirrored else (1.0,):
         frames = part.frames * UPRIGHT * np.array([1.0, side, 1.0])
         frames = frames @ stand.rotation.T + stand.origin_mm
@@ -262,10 +262,10 @@ def _copies(part: Part, stand: Stand, name: str) -> list[Part]:
             skin = replace(skin, triangles=skin.triangles[:, ::-1])
         skin = replace(skin, points=frames[0])
         moved: Floats = np.linalg.norm(part.frames[1:] - part.frames[0], axis=2)
-        found.append(
+        copies.append(
             replace(
                 part, name=name, skin=skin, frames=frames, mirrored=False, cut=False,
                 fields={**part.fields, MOVED.name: moved},
             )
         )  # fmt: skip
-    return found
+    return copies

@@ -66,8 +66,8 @@ class Handover:
             text = self.file.read_text(encoding="utf-8")
         except FileNotFoundError:
             return None
-        found = re.search(r'href="http://[^/"]+:(\d+)/\?token=([\w-]{32,})"', text)
-        return (int(found[1]), found[2]) if found else None
+        match = re.search(r'href="http://[^/"]+:(\d+)/\?token=([\w-]{32,})"', text)
+        return (int(match[1]), match[2]) if match else None
 
 
 def leading_to(address: str) -> str:

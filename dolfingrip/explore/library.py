@@ -74,8 +74,8 @@ class Solved:
 
     def reading(self, column: str) -> Floats:
         """A column, shape (rows,); NaN where it is missing."""
-        found = self.run.column(column)
-        return np.full(len(self.run.result), np.nan) if found is None else found
+        values = self.run.column(column)
+        return np.full(len(self.run.result), np.nan) if values is None else values
 
     def reading_at(self, column: str, loads: Floats) -> Floats:
         """A column at some pressures, shape (steps,)."""
@@ -156,25 +156,25 @@ class Blend:
         """Error of a point's place at the highest pressure, found likewise: the largest of all."""
 
         def places() -> Floats:
-            last = [self._moved(each, 0)[-1] for each in self.of]
+            last = [self._moved(solved, 0)[-1] for solved in self.of]
             return np.array(last).reshape(len(last), -1)
 
-        found = self._left_out(places)
-        return None if found is None else float(np.linalg.norm(found.reshape(-1, 3), axis=1).max())
+        error = self._left_out(places)
+        return None if error is None else float(np.linalg.norm(error.reshape(-1, 3), axis=1).max())
 
     def _left_out(self, values: Callable[[], Floats]) -> Floats | None:
         if self.own or not self.checked:
             return None
-        places, known = np.array([each.place for each in self.of]), values()
+        places, samples = np.array([solved.place for solved in self.of]), values()
         off = []
         for i in range(len(self.of)):
-            rest = np.arange(len(self.of)) != i
-            off.append(weights(places[rest], places[i]) @ known[rest] - known[i])
+            others = np.arange(len(self.of)) != i
+            off.append(weights(places[others], places[i]) @ samples[others] - samples[i])
         return np.asarray(np.sqrt(np.mean(np.array(off) ** 2, axis=0)))
 
     def _readings(self, column: str) -> Floats:
         """A column of each solved design, shape (designs, steps)."""
-        return np.array([each.reading_at(column, self.loads) for each in self.of])
+        return np.array([solved.reading_at(column, self.loads) for solved in self.of])
 
     def _moved(self, solved: Solved, number: int) -> Floats:
         """Displacements of a part of a solved design, shape (steps, points, 3)."""
@@ -182,21 +182,21 @@ class Blend:
         return solved.values_at(frames[1:] - frames[0], self.loads)
 
     def _part(self, number: int) -> Part:
-        parts = [each.scene.parts[number] for each in self.of]
+        parts = [solved.scene.parts[number] for solved in self.of]
         first = parts[0]
         if len(first.frames) == 1:  # a clamp, a plate
             frames = self._summed([part.frames for part in parts])
             return replace(first, skin=replace(first.skin, points=frames[0]), frames=frames)
-        rest = carried(first.frames[0], self.of[0].run.result.config, self.config)
-        moved = self._summed([self._moved(each, number) for each in self.of])
-        known = [name for name in first.fields if all(name in part.fields for part in parts)]
+        still = carried(first.frames[0], self.of[0].run.result.config, self.config)
+        moved = self._summed([self._moved(solved, number) for solved in self.of])
+        shared = [name for name in first.fields if all(name in part.fields for part in parts)]
         pairs = list(zip(self.of, parts, strict=True))
         fields = {
             name: self._summed([e.values_at(p.fields[name], self.loads) for e, p in pairs])
-            for name in known
+            for name in shared
         }
-        frames = np.concatenate([rest[None], rest + moved])
-        return replace(first, skin=replace(first.skin, points=rest), frames=frames, fields=fields)
+        frames = np.concatenate([still[None], still + moved])
+        return replace(first, skin=replace(first.skin, points=still), frames=frames, fields=fields)
 
     def _summed(self, values: Sequence[Floats]) -> Floats:
         return np.asarray(np.tensordot(self.weights, np.array(values), axes=1))
@@ -225,53 +225,53 @@ class Library:
             kind = run.experiment.name
             if kind not in EXPERIMENTS or not run.fields.is_file():
                 return False
-            found = self._solved(run, kind)
+            solved = self._solved(run, kind)
         except (ConfigError, OSError, ValueError, KeyError):
             return False
-        if found is None or not run.result.facts.complete:
+        if solved is None or not run.result.facts.complete:
             return False
-        self.places[folder] = found
-        self.solved[kind].append(found)
+        self.places[folder] = solved
+        self.solved[kind].append(solved)
         return True
 
     def counts(self) -> dict[str, int]:
         """Number of solved designs by experiment, those on coarse meshes left out."""
-        return {kind: sum(not each.coarse for each in found) for kind, found in self.solved.items()}
+        return {kind: sum(not d.coarse for d in designs) for kind, designs in self.solved.items()}
 
     def blend(self, wanted: Wanted, experiment: str | None = None) -> Blend | None:
         """A design from its own solution or from those around it; None if these do not tell it."""
         kind, config = experiment or wanted.view, wanted.config
         largest = config.experiment.max_pressure_kPa
-        there = [each for each in self.solved.get(kind, ()) if each.loads(largest) is not None]
+        there = [d for d in self.solved.get(kind, ()) if d.loads(largest) is not None]
         if not there:
             return None
         at = self.space.place(config)
-        away = {id(each): float(np.linalg.norm(each.place - at)) for each in there}
-        own = [each for each in there if away[id(each)] <= POLICY.same]
-        if own:
-            best = min(own, key=lambda e: (e.coarse, not _same(e.largest_kPa, largest)))
+        away = {id(d): float(np.linalg.norm(d.place - at)) for d in there}
+        exact = [d for d in there if away[id(d)] <= POLICY.same]
+        if exact:
+            best = min(exact, key=lambda e: (e.coarse, not _same(e.largest_kPa, largest)))
             return Blend(config, [best], np.ones(1), _known(best.loads(largest)))
         near = sorted(there, key=lambda e: (away[id(e)], e.coarse))[: POLICY.looked_at]
-        found = []
-        for mesh in dict.fromkeys(each.mesh for each in near):
-            alike = _one_of_each([each for each in near if each.mesh == mesh])[: POLICY.neighbours]
-            places = np.array([each.place for each in alike])
+        blends = []
+        for mesh in dict.fromkeys(d.mesh for d in near):
+            alike = _one_of_each([d for d in near if d.mesh == mesh])[: POLICY.neighbours]
+            places = np.array([d.place for d in alike])
             if tells(places, at):
                 loads = _known(alike[0].loads(largest))
-                found.append(Blend(config, alike, weights(places, at), loads))
-        return min(found, key=lambda e: (not e.checked, e.coarse), default=None)
+                blends.append(Blend(config, alike, weights(places, at), loads))
+        return min(blends, key=lambda e: (not e.checked, e.coarse), default=None)
 
     def _solved(self, run: runs.Run, kind: str) -> Solved | None:
         """A run of the space; None if it differs in more than parameters, pressure and mesh."""
         config = run.result.config
         base = Request.of(kind, self.space.base).config
         steps = ("max_pressure_kPa", "step_kPa")
-        own = config.changed(experiment={key: getattr(base.experiment, key) for key in steps})
+        other = config.changed(experiment={key: getattr(base.experiment, key) for key in steps})
         varied = (*self.space.varied, *self.space.chambers)
-        equal = {each.key: each.parameter.value(base) for each in varied}
-        own, base = self.space.put(own, equal), self.space.put(base, equal)
-        finer = own.changed(mesh={"edge_size_mm": base.mesh.edge_size_mm})
-        for coarse, one in enumerate((own, finer)):
+        equal = {v.key: v.parameter.value(base) for v in varied}
+        other, base = self.space.put(other, equal), self.space.put(base, equal)
+        finer = other.changed(mesh={"edge_size_mm": base.mesh.edge_size_mm})
+        for coarse, one in enumerate((other, finer)):
             if felt(one) == felt(base):
                 return Solved(run, self.space.place(config), bool(coarse))
         return None
@@ -288,15 +288,15 @@ def _same(one: float, other: float) -> bool:
 
 def _one_of_each(solved: Sequence[Solved]) -> list[Solved]:
     """One solved design of each place."""
-    return list({tuple(np.round(each.place, 6)): each for each in reversed(solved)}.values())[::-1]
+    return list({tuple(np.round(d.place, 6)): d for d in reversed(solved)}.values())[::-1]
 
 
 def _along(loads: Floats, values: Floats, at: Floats) -> Floats:
     """Values along a load path at other loads, by monotone cubics (Fritsch and Carlson, 1980)."""
     if len(loads) == len(at) and np.allclose(loads, at, rtol=1e-9, atol=1e-9):
         return values
-    found = PchipInterpolator(np.abs(loads), values, axis=0)(np.abs(at))
-    return np.asarray(found, dtype=float)
+    interpolated = PchipInterpolator(np.abs(loads), values, axis=0)(np.abs(at))
+    return np.asarray(interpolated, dtype=float)
 
 
 def carried(points: Floats, solved: Config, config: Config) -> Floats:
@@ -329,8 +329,8 @@ def beyond(places: Floats, at: Floats) -> float:
     [0.0, 0.5]
     """
     sum_of_shares = np.full(len(places), 1e3)  # heavy, as the shares' sum is 1
-    found, _ = nnls(np.vstack([places.T, sum_of_shares]), np.append(at, 1e3))
-    return float(np.linalg.norm(found @ places / found.sum() - at))
+    shares, _ = nnls(np.vstack([places.T, sum_of_shares]), np.append(at, 1e3))
+    return float(np.linalg.norm(shares @ places / shares.sum() - at))
 
 
 def tells(places: Floats, at: Floats) -> bool:
@@ -385,5 +385,5 @@ def weights(places: Floats, at: Floats) -> Floats:
         return np.full(count, 1 / count)
     linear = count > len(axes) + 1
     kernel, degree = ("thin_plate_spline", 1) if linear else ("linear", 0)
-    found = RBFInterpolator((places - mean) @ axes.T, np.eye(count), kernel=kernel, degree=degree)
-    return np.asarray(found((at - mean)[None] @ axes.T)[0], dtype=float)
+    rbf = RBFInterpolator((places - mean) @ axes.T, np.eye(count), kernel=kernel, degree=degree)
+    return np.asarray(rbf((at - mean)[None] @ axes.T)[0], dtype=float)

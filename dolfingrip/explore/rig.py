@@ -79,8 +79,8 @@ def files(answers: Mapping[str, Any], config: Config) -> RigFiles:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ConfigError(f"{key} = {value}: allowed: a number")
         table = data
-        for each in tables:
-            table = table.setdefault(each, {})
+        for section in tables:
+            table = table.setdefault(section, {})
         table[name] = value
     protocol = answers.get("protocol") or {}
     if not isinstance(protocol, Mapping):
@@ -112,9 +112,9 @@ def _header(measurement: Measurement) -> str:
     controls = {CONTROL[test.experiment] for test in tests}
     reads = {name for test in tests for name in READINGS[test.experiment]}
     columns = [*WHO, "time_s", *sorted(controls, reverse=True), *sorted(reads & there)]
-    known = [name for name in dict.fromkeys(columns) if name in there or name in WHO]
+    written = [name for name in dict.fromkeys(columns) if name in there or name in WHO]
     target = io.StringIO()
-    csv.writer(target, lineterminator="").writerow(known)
+    csv.writer(target, lineterminator="").writerow(written)
     return target.getvalue()
 
 

@@ -69,7 +69,7 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
         .get_template("explore.html.j2")
         .render(
             style=Markup(style),
-            scripts=[Markup(each) for each in scripts],
+            scripts=[Markup(code) for code in scripts],
             data=Markup(html.json_text(data)),
             sliders=space.sliders,
             pressure=space.pressure,
@@ -183,12 +183,12 @@ class Tab:
 
     def _refuse(self, about: str, error: Exception, **more: Any) -> None:
         """Answer by an error; the tab lives on."""
-        told = (
+        text = (
             str(error)
             if isinstance(error, ConfigError | WriteError)
             else f"{type(error).__name__}: {error}"
         )
-        self._outbox.put_nowait({"is": "error", "about": about, "text": told, **more})
+        self._outbox.put_nowait({"is": "error", "about": about, "text": text, **more})
 
     def _take(self, text: str) -> None:
         try:
@@ -203,8 +203,8 @@ class Tab:
         elif what in ("solve", "cancel", "rig", "plan"):
             self._begin(self._do(str(what), message))
         else:
-            told = f"do = {what}: allowed: show, solve, cancel, rig, plan"
-            self._refuse("message", ConfigError(told))
+            words = f"do = {what}: allowed: show, solve, cancel, rig, plan"
+            self._refuse("message", ConfigError(words))
 
     async def _do(self, what: str, message: dict[str, Any]) -> None:
         tell, session = self._outbox.put_nowait, self._session
@@ -254,14 +254,14 @@ def bound(host: str, port: int | None) -> socket.socket:
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     tried = [port] if port is not None else [POLICY.port + i for i in range(POLICY.ports)]
-    for each in tried:
-        found = socket.socket(family, socket.SOCK_STREAM)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    for number in tried:
+        listener = socket.socket(family, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            found.bind((host, each))
-            return found
+            listener.bind((host, number))
+            return listener
         except OSError as error:
-            found.close()
+            listener.close()
             if error.errno != errno.EADDRINUSE:
                 raise ConfigError(f"--host {host}: {error.strerror}") from None
     raise ConfigError(f"--port {tried[0]}: in use; allowed: another, or 0 for any")
@@ -276,12 +276,12 @@ def reachable(host: str) -> str:
     """
     if host not in EVERY:
         return host
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            asked.connect(FAR)  # sends nothing: it chooses the way, and with it the address
+            probe.connect(FAR)  # sends nothing: it chooses the way, and with it the address
         except OSError:  # without a network
             return socket.gethostname()
-        return str(asked.getsockname()[0])
+        return str(probe.getsockname()[0])
 
 
 def serve(

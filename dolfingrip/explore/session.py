@@ -65,7 +65,7 @@ class Session:
     async def start(self) -> None:
         """Take up what was solved before."""
         self._loop = asyncio.get_running_loop()
-        for folder in sorted(each for kind in FOLDERS for each in (self.out / kind).glob("*")):
+        for folder in sorted(path for kind in FOLDERS for path in (self.out / kind).glob("*")):
             await self.work(self.library.add, folder)
         await asyncio.to_thread(self._single.begin)
 
@@ -92,11 +92,11 @@ class Session:
             ConfigError: one line.
         """
         wanted = read(self.space, message)
-        found = await self.work(
+        shown = await self.work(
             describe.described, self.space, self.library, wanted, self.folder(wanted)
         )
-        told = {"id": message.get("id"), "view": wanted.view, "design": wanted.design}
-        return {"is": "shown", **told, **found}
+        about = {"id": message.get("id"), "view": wanted.view, "design": wanted.design}
+        return {"is": "shown", **about, **shown}
 
     def folder(self, wanted: Wanted) -> Path:
         """Where the solution of a design is; that on a coarse mesh is no result as configured."""
@@ -118,8 +118,8 @@ class Session:
     async def _found(self, meshed: Wanted) -> bool:
         """Tell tabs of a design that is solved on its mesh; False if it is not."""
         folder, key = self.folder(meshed), meshed.request.key
-        known = self._single.known(key)
-        if known is None or not _shows(known) or not RunFile.is_in(folder):
+        answer = self._single.known(key)
+        if answer is None or not _shows(answer) or not RunFile.is_in(folder):
             return False
         await self.work(self.library.add, folder)
         self._everyone(SOLVED)
@@ -128,8 +128,8 @@ class Session:
     async def _ask(self, wanted: Wanted, meshed: Wanted) -> None:
         """Have a design solved, on its own mesh or on a coarse one."""
         folder = self.folder(meshed)
-        asked = job(replace(meshed.request, fields=folder))
-        key = asked.key
+        design_job = job(replace(meshed.request, fields=folder))
+        key = design_job.key
         self._single.forget(key)
         before = self._single.job
         if before is not None and before.key != key and before.key in self._asked:
@@ -138,7 +138,7 @@ class Session:
         self._asked[key] = wanted, meshed
         self._advance(wanted, meshed, 0, 0, "starting")
         folder.parent.mkdir(parents=True, exist_ok=True)
-        await asyncio.to_thread(self._single.ask, asked)
+        await asyncio.to_thread(self._single.ask, design_job)
 
     async def cancel(self) -> None:
         """Give up what is being solved."""
@@ -170,11 +170,11 @@ class Session:
         """
         wanted = read(self.space, message)
         answers = message.get("answers")
-        found = await self.work(
+        files = await self.work(
             rig.files, answers if isinstance(answers, Mapping) else {}, wanted.config
         )
-        return {"is": "rig", "setup": found.setup, "plan": found.plan, "header": found.header,
-                "readings": found.readings}  # fmt: skip
+        return {"is": "rig", "setup": files.setup, "plan": files.plan, "header": files.header,
+                "readings": files.readings}  # fmt: skip
 
     async def plan(self, message: Mapping[str, Any], tell: Tell) -> None:
         """Run ``plan-experiment`` for a rig; a newer plan takes the place of an older one.
@@ -258,8 +258,8 @@ def parsed(text: str) -> dict[str, Any]:
         ConfigError: one line.
     """
     try:
-        found = json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_whole)
-        json.dumps(found, ensure_ascii=False).encode()
+        message = json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_whole)
+        json.dumps(message, ensure_ascii=False).encode()
     except ConfigError:
         raise
     except UnicodeEncodeError:
@@ -268,9 +268,9 @@ def parsed(text: str) -> dict[str, Any]:
         raise ConfigError("message: nested too deeply") from None
     except ValueError:
         raise ConfigError("message: not JSON") from None
-    if not isinstance(found, dict):
+    if not isinstance(message, dict):
         raise ConfigError("message: allowed: a JSON object")
-    return found
+    return message
 
 
 def _finite(text: str) -> float:

@@ -59,12 +59,12 @@ class Space:
     @property
     def sliders(self) -> list[dict[str, Any]]:
         """A slider for each parameter, as the page makes them, with those of single chambers."""
-        found = []
-        for each in self.varied:
-            value = min(max(each.parameter.value(self.base), each.low), each.high)
-            alone = [_slider(one, self._given(one)) for one in self._chambers_of(each)]
-            found.append({**_slider(each, value), "chambers": alone})
-        return found
+        made = []
+        for varied in self.varied:
+            value = min(max(varied.parameter.value(self.base), varied.low), varied.high)
+            alone = [_slider(one, self._given(one)) for one in self._chambers_of(varied)]
+            made.append({**_slider(varied, value), "chambers": alone})
+        return made
 
     def put(self, config: Config, inputs: Mapping[str, float]) -> Config:
         """Return a configuration with other values of parameters.
@@ -76,8 +76,8 @@ class Space:
         Raises:
             ConfigError: one line, if there is no such design.
         """
-        whole = {each.key for each in self.varied if each.parameter.integer}
-        return changed(config, {k: int(v) if k in whole else v for k, v in inputs.items()})
+        integers = {varied.key for varied in self.varied if varied.parameter.integer}
+        return changed(config, {k: int(v) if k in integers else v for k, v in inputs.items()})
 
     def place(self, config: Config) -> Floats:
         """Where a design lies: values in shares of the sliders' ranges, shape (parameters,).
@@ -87,17 +87,17 @@ class Space:
         Args:
             config: of the design.
         """
-        found = []
-        for each in (*self.varied, *self.chambers):
-            share = (each.parameter.value(config) - each.low) / (each.high - each.low)
-            found.append(share / math.sqrt(1 + len(self._chambers_of(each))))
-        return np.array(found)
+        shares = []
+        for varied in (*self.varied, *self.chambers):
+            share = (varied.parameter.value(config) - varied.low) / (varied.high - varied.low)
+            shares.append(share / math.sqrt(1 + len(self._chambers_of(varied))))
+        return np.array(shares)
 
-    def _chambers_of(self, each: Varied) -> list[Varied]:
+    def _chambers_of(self, varied: Varied) -> list[Varied]:
         """The dimension of each single chamber, of a shared or a single one of that name."""
-        name = each.key.rpartition(".")[2]
+        name = varied.key.rpartition(".")[2]
         alike = [one for one in self.chambers if one.key.rpartition(".")[2] == name]
-        shared = each in self.chambers or each.key == f"{self.base.geometry_table}.{name}"
+        shared = varied in self.chambers or varied.key == f"{self.base.geometry_table}.{name}"
         return alike if shared else []
 
     def _given(self, chamber: Varied) -> float | None:
@@ -112,7 +112,7 @@ class Space:
     def pressure(self) -> dict[str, Any] | None:
         """The slider of the highest pressure, as the page makes it; None if it is a parameter."""
         key = "experiment.max_pressure_kPa"
-        if any(each.key == key for each in self.varied):
+        if any(varied.key == key for varied in self.varied):
             return None
         value = self.base.experiment.max_pressure_kPa
         low, high = sorted(part * value for part in POLICY.pressures)
@@ -120,7 +120,7 @@ class Space:
 
 
 def of_results(
-    found: Sequence[FoundResult],
+    results: Sequence[FoundResult],
     file: Path | None,
     overrides: Change,
     parameters: Sequence[str],
@@ -128,7 +128,7 @@ def of_results(
     """The space of a design loop, of runs, or of a configuration.
 
     Args:
-        found: folders with results.
+        results: folders with results.
         file: configuration in place of that of the results.
         overrides: values by key on top of it.
         parameters: ``KEY=LOW:HIGH`` of each slider; none: those of the results.
@@ -137,9 +137,9 @@ def of_results(
         ConfigError: one line.
     """
     campaigns, solved = (
-        [each.folder for each in found if each.kind == kind] for kind in ("doe", "run")
+        [result.folder for result in results if result.kind == kind] for kind in ("doe", "run")
     )
-    loop = front.Loop.of(found)
+    loop = front.Loop.of(results)
     surrogate = surrogates.load(loop.surrogate) if loop.surrogate else None
     base = None if file is not None else front.base_of(loop) or _of_runs(solved)
     base = configuration.load(file, overrides) if base is None else changed(base, overrides)
@@ -149,40 +149,40 @@ def of_results(
         step = min(base.experiment.step_kPa, largest / POLICY.steps)
         base = base.changed(experiment={"step_kPa": step})
     varied = [parse(text) for text in parameters] or _ranges(surrogate, loop.designs, base)
-    for each in varied:
+    for v in varied:
         try:
-            each.parameter.value(base)
+            v.parameter.value(base)
         except (AttributeError, KeyError, IndexError, TypeError):
             raise ConfigError(
-                f"--parameter {each.key}: not in this configuration; allowed: one that is"
+                f"--parameter {v.key}: not in this configuration; allowed: one that is"
             ) from None
     return Space(base, tuple(varied), _chambers(base, varied), surrogate, loop.errors, loop)
 
 
-def _slider(each: Varied, value: float | None) -> dict[str, Any]:
-    field = each.parameter.field
+def _slider(varied: Varied, value: float | None) -> dict[str, Any]:
+    field = varied.parameter.field
     about = "" if field is None or not field.description else f": {field.description}"
     return {
-        "key": each.key, "label": label(each.key).partition(" (")[0], "unit": unit(each.key),
-        "about": f"{each.key}{about}", "low": each.low, "high": each.high, "value": value,
-        "step": 1 if each.parameter.integer else "any",
+        "key": varied.key, "label": label(varied.key).partition(" (")[0], "unit": unit(varied.key),
+        "about": f"{varied.key}{about}", "low": varied.low, "high": varied.high, "value": value,
+        "step": 1 if varied.parameter.integer else "any",
     }  # fmt: skip
 
 
 def _chambers(base: Config, varied: Sequence[Varied]) -> tuple[Varied, ...]:
     """Dimensions of single chambers, in the ranges of those that all chambers share."""
-    table, keys = base.geometry_table, {each.key for each in varied}
+    table, keys = base.geometry_table, {v.key for v in varied}
     shared = {f"{table}.{name}" for name in base.geometry.own} & keys
     number, count = base.geometry.count() if shared else ("", 0)
     if number in keys or base.mesh.file is not None:
         return ()
-    found = []
-    for each in varied:
-        for i in range(count) if each.key in shared else ():
-            key = f"{table}.override.{i + 1}.{each.key.rpartition('.')[2]}"
+    chambers = []
+    for v in varied:
+        for i in range(count) if v.key in shared else ():
+            key = f"{table}.override.{i + 1}.{v.key.rpartition('.')[2]}"
             if key not in keys:
-                found.append(Varied(named(key), each.low, each.high, None))
-    return tuple(found)
+                chambers.append(Varied(named(key), v.low, v.high, None))
+    return tuple(chambers)
 
 
 def _of_runs(folders: Sequence[Path]) -> Config | None:
@@ -201,21 +201,21 @@ def _ranges(
     """The parameters that the results vary, within the ranges there."""
     ranges: dict[str, tuple[float, float]] = {}
     if surrogate is not None:
-        known = surrogate.inputs
+        inputs = surrogate.inputs
         for i, name in enumerate(surrogate.input_names):
-            ranges[name] = float(known.low[i]), float(known.high[i])
+            ranges[name] = float(inputs.low[i]), float(inputs.high[i])
     for design in designs:
         for name, value in design.inputs.items():
             if isinstance(value, int | float):
                 low, high = ranges.get(name, (value, value))
                 ranges[name] = min(low, value), max(high, value)
-    found = [
+    varied = [
         Varied(named(key, "--parameter"), low, high, None)
         for key, (low, high) in ranges.items()
         if low < high
     ]
-    if found:
-        return found
+    if varied:
+        return varied
     if base.finger.kind != "bellows":
         raise ConfigError(
             "--parameter: nothing says what varies; allowed: KEY=LOW:HIGH for each slider"

@@ -81,12 +81,12 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
         raise ConfigError(f"view = {view}: allowed: {', '.join(VIEWS)}")
     given = _table(message, "inputs")
     inputs = {}
-    for each in (*space.varied, *(one for one in space.chambers if one.key in given)):
-        value = _number(each.key, given.get(each.key, each.parameter.value(space.base)))
-        if not each.low <= value <= each.high:
-            range_ = f"{each.low:g} to {each.high:g} {unit(each.key)}".rstrip()
-            raise ConfigError(f"{each.key} = {value:g}: allowed: {range_}")
-        inputs[each.key] = float(round(value)) if each.parameter.integer else value
+    for varied in (*space.varied, *(one for one in space.chambers if one.key in given)):
+        value = _number(varied.key, given.get(varied.key, varied.parameter.value(space.base)))
+        if not varied.low <= value <= varied.high:
+            range_ = f"{varied.low:g} to {varied.high:g} {unit(varied.key)}".rstrip()
+            raise ConfigError(f"{varied.key} = {value:g}: allowed: {range_}")
+        inputs[varied.key] = float(round(value)) if varied.parameter.integer else value
     config = space.put(space.base, inputs)
     if view == "grasp":
         config = _grasping(config, message)
@@ -137,10 +137,10 @@ def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
 
 
 def _table(message: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = message.get(key) or {}
-    if not isinstance(found, Mapping):
+    table = message.get(key) or {}
+    if not isinstance(table, Mapping):
         raise ConfigError(f"{key}: allowed: a table")
-    return found
+    return table
 
 
 def _number(key: str, value: Any) -> float:

@@ -56,13 +56,13 @@ def beside(config: Config, file: Path, suffix: str) -> Path:
     Raises:
         ConfigError: one line, where the finger's own mesh would be lost.
     """
-    found = file.with_suffix(suffix)
-    if config.mesh.file is not None and found.resolve() == Path(config.mesh.file).resolve():
+    target = file.with_suffix(suffix)
+    if config.mesh.file is not None and target.resolve() == Path(config.mesh.file).resolve():
         raise ConfigError(
-            f"FILE {file}: {found.name} beside it is mesh.file, which would be lost; allowed: "
+            f"FILE {file}: {target.name} beside it is mesh.file, which would be lost; allowed: "
             "another name or folder"
         )
-    return found
+    return target
 
 
 def supplies_kPa(config: Config, suffix: str) -> tuple[list[float], dict[str, list[float]]]:
@@ -78,10 +78,10 @@ def supplies_kPa(config: Config, suffix: str) -> tuple[list[float], dict[str, li
     if not by_pressure(config):
         words = f'{suffix}: allowed: "pressure"'
         raise ConfigError(f'experiment.control = "{config.experiment.control}": {words}')
-    found = pressure_stops(config)
-    own = (supply_of(name).name for name in config.cavity.own)
-    pressures = {name: [each.others[name] for each in found] for name in own}
-    return [s.time_s for s in found], {PRESSURE.name: [s.value for s in found], **pressures}
+    stops = pressure_stops(config)
+    supplies = (supply_of(name).name for name in config.cavity.own)
+    pressures = {name: [stop.others[name] for stop in stops] for name in supplies}
+    return [s.time_s for s in stops], {PRESSURE.name: [s.value for s in stops], **pressures}
 
 
 def supplied(config: Config, cavity: str) -> tuple[str, float]:
@@ -96,15 +96,15 @@ def supplied(config: Config, cavity: str) -> tuple[str, float]:
     return PRESSURE.name, config.cavity.ratio(cavity)
 
 
-def no_law(material: Material, suffix: str, known: str) -> ConfigError:
+def no_law(material: Material, suffix: str, allowed: str) -> ConfigError:
     """The refusal of a law of the material that the other program has not.
 
     Args:
         material: that has it.
         suffix: of the file.
-        known: laws that it has.
+        allowed: laws that it has.
     """
-    return ConfigError(f'{suffix}: no law "{material.law}"; allowed: {known}')
+    return ConfigError(f'{suffix}: no law "{material.law}"; allowed: {allowed}')
 
 
 def tetrahedra(config: Config, suffix: str) -> SolidMesh:
@@ -119,7 +119,7 @@ def tetrahedra(config: Config, suffix: str) -> SolidMesh:
     """
     if config.mesh.file is None:
         config = config.changed(solver={"element": "P1"})
-    found = undeformed.elements(config, 1)
-    if found.shape is not TETRAHEDRON:
+    mesh = undeformed.elements(config, 1)
+    if mesh.shape is not TETRAHEDRON:
         raise ConfigError(f"mesh.file = {config.mesh.file}: {suffix}: allowed: of tetrahedra")
-    return mirrored(found) if SYMMETRY in found.facets else found
+    return mirrored(mesh) if SYMMETRY in mesh.facets else mesh

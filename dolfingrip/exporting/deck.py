@@ -73,7 +73,7 @@ def write(config: Config, file: Path, *, plate: bool = False) -> str:
     if plate:
         parts.append(_plate(config, mesh))
     whole.write(file, "".join([*parts, *_steps(config, mesh, pressures, plate)]))
-    farthest = max((each for own in pressures.values() for each in own), key=abs)
+    farthest = max((p_kPa for values in pressures.values() for p_kPa in values), key=abs)
     said = f"{len(mesh.cells)} elements, {len(times_s) - 1} s for {farthest:g} kPa"
     if SYMMETRY in mesh.facets:
         said += "; the file has half of the finger, and its forces are half of the finger's"
@@ -132,7 +132,7 @@ def _series(name: str, terms: int, factors: list[float], d: float) -> str:
 
 def _numbers(values: list[float]) -> str:
     """Lines of at most eight numbers."""
-    texts = [f"{each:.10g}" for each in values]
+    texts = [f"{value:.10g}" for value in values]
     return "".join(", ".join(texts[i : i + 8]) + "\n" for i in range(0, len(texts), 8))
 
 
@@ -183,15 +183,15 @@ def _steps(
     for name in cavities(mesh.facets):
         supply, part = supplied(config, name)
         loads[supply] += f"{name}, P, {part:.12g}\n"
-    for supply, own in pressures.items():
-        amplitude = [number for i, each in enumerate(own) for number in (i, each * KPA)]
+    for supply, values in pressures.items():
+        amplitude = [number for i, p_kPa in enumerate(values) for number in (i, p_kPa * KPA)]
         yield f"*AMPLITUDE, NAME={supply}\n{_numbers(amplitude)}"
     if size := config.gravity.acceleration_m_s2:
         axis = np.asarray(config.gravity.direction) / np.linalg.norm(config.gravity.direction)
         yield f"{_static(1)}*DLOAD\n{SOLID}, GRAV, {_numbers([MM_S2 * size, *axis])}"
         yield "".join(results)
     yield _static(len(pressures[PRESSURE.name]) - 1)
-    yield from (f"*DSLOAD, AMPLITUDE={name}\n{own}" for name, own in loads.items() if own)
+    yield from (f"*DSLOAD, AMPLITUDE={name}\n{load}" for name, load in loads.items() if load)
     yield "".join(results)
 
 

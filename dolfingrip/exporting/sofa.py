@@ -164,10 +164,10 @@ def write(config: Config, file: Path) -> str:
         mesh=solid.name,
         density=KG_MM3 * config.material.density_kg_m3,
         law=name,
-        parameters=" ".join(f"{each:.10g}" for each in parameters),
+        parameters=" ".join(f"{number:.10g}" for number in parameters),
     )
     whole.write(file, content)
-    others = ", ".join([solid.name, *(each for each, *_ in inlets)])
+    others = ", ".join([solid.name, *(stl for stl, *_ in inlets)])
     return f"{len(mesh.cells)} tetrahedra, with {others}"
 
 
@@ -206,13 +206,13 @@ def law(material: Material) -> tuple[str, list[float]]:
     bulk = material.lmbda_MPa + 2 / 3 * material.shear_MPa
     if isinstance(material, NeoHooke):
         moduli = (material.mu_MPa, material.lmbda_MPa)
-        return "NeoHookean", [KPA_PER_MPA * each for each in moduli]
+        return "NeoHookean", [KPA_PER_MPA * modulus for modulus in moduli]
     c = material.constants()
     if isinstance(material, InvariantPolynomial) and c.keys() <= {"C10_MPa", "C01_MPa"}:
         moduli = (c.get("C10_MPa", 0.0), c.get("C01_MPa", 0.0), bulk)
-        return "MooneyRivlin", [KPA_PER_MPA * each for each in moduli]
+        return "MooneyRivlin", [KPA_PER_MPA * modulus for modulus in moduli]
     if isinstance(material, Ogden) and len(material.ogden_alpha) == 1:
         (mu,), (alpha,) = material.ogden_mu_MPa, material.ogden_alpha
         return "Ogden", [KPA_PER_MPA * 2 * mu, alpha, KPA_PER_MPA * bulk]
-    known = "neo-hooke, polynomial of C10_MPa and C01_MPa alone, ogden of one term"
-    raise no_law(material, ".py", known)
+    allowed = "neo-hooke, polynomial of C10_MPa and C01_MPa alone, ogden of one term"
+    raise no_law(material, ".py", allowed)

@@ -67,9 +67,9 @@ class ClampCompliance(Effect):
 
 def _shifted(axis: int, x: np.ndarray) -> np.ndarray:
     """Displacement (mm) of the base for a shift of 1 mm."""
-    found = np.zeros_like(x)
-    found[axis] = 1.0
-    return found
+    shift = np.zeros_like(x)
+    shift[axis] = 1.0
+    return shift
 
 
 def _turned(centre: fem.Constant, x: np.ndarray) -> np.ndarray:

@@ -353,13 +353,13 @@ class Effect(Section):
         Args:
             config: of the body that it acts on.
         """
-        told = (self.__doc__ or self.name()).splitlines()[0].rstrip(".").partition(" (")[0]
-        told = f"{told[0].lower()}{told[1:]}"
+        phrase = (self.__doc__ or self.name()).splitlines()[0].rstrip(".").partition(" (")[0]
+        phrase = f"{phrase[0].lower()}{phrase[1:]}"
         if not self.either:
-            return told
+            return phrase
         (key, start), *_ = self.neutral.items()
         above, _, below = self.either.partition(" or ")
-        return told.replace(self.either, above if getattr(self, key) > start else below)
+        return phrase.replace(self.either, above if getattr(self, key) > start else below)
 
     # -- what is known of it ---------------------------------------------------------------------
 

@@ -45,7 +45,7 @@ EFFECTS: tuple[type[Effect], ...] = tuple(
             ],
             Effect,
         ).values(),
-        key=lambda each: (get_args(Kind).index(each.kind), each.place, each.name()),
+        key=lambda effect: (get_args(Kind).index(effect.kind), effect.place, effect.name()),
     )
 )
 """All effects, one a file of this folder or of a plugin (:func:`dolfingrip.plugin`): by kind in the
@@ -71,7 +71,7 @@ def fitted_effects() -> list[type[Effect]]:
 
     Each has :attr:`~dolfingrip.extensions.effect.Effect.told`.
     """
-    return [each for each in EFFECTS if each.told.key]
+    return [effect for effect in EFFECTS if effect.told.key]
 
 
 class Switched(Section):
@@ -93,9 +93,9 @@ class Switched(Section):
         Args:
             kind: protocol of a hook that they have; all effects where none is given.
         """
-        found = (getattr(self, each.name()) for each in self.effects)
+        switches = (getattr(self, effect.name()) for effect in self.effects)
         # nearly all are off, and a look at a protocol takes long
-        return [on for on in found if on is not None and isinstance(on, kind)]
+        return [on for on in switches if on is not None and isinstance(on, kind)]
 
     @property
     def inner(self) -> Mapping[str, Section]:
@@ -111,7 +111,7 @@ class Switched(Section):
     def in_places(self, energies: Sequence[StrainEnergy], site: Site) -> list[StrainEnergy]:
         """Strain energies of the body with the moduli of each place."""
         moduli = [effect.moduli(site) for effect in self.active(Uneven)]
-        return [partial(_scaled, each, moduli) for each in energies] if moduli else [*energies]
+        return [partial(_scaled, energy, moduli) for energy in energies] if moduli else [*energies]
 
     def terms(self, site: Site) -> list[ufl.Form]:
         """Further energies of all effects."""
@@ -148,11 +148,11 @@ def table(effects: Iterable[type[Effect]]) -> type[Switched]:
     """
     effects = tuple(effects)
     fields: dict[str, Any] = {
-        each.name(): (
-            each | None,
-            Field(None, description=(each.__doc__ or "").splitlines()[0]),
+        effect.name(): (
+            effect | None,
+            Field(None, description=(effect.__doc__ or "").splitlines()[0]),
         )
-        for each in effects
+        for effect in effects
     }
     made = create_model("Extensions", __base__=Switched, __doc__=Switched.__doc__, **fields)
     made.effects = effects

@@ -34,7 +34,7 @@ class PlateCompliance(Effect):
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         if site.plate is None:
             return ()
-        place, rest = site.plate.offset, site.plate.unloaded
+        place, unloaded = site.plate.offset, site.plate.unloaded
         site.plate.solve_for(site.unknown(self, "place_mm", place))
         compliance = site.constant(self, "compliance_mm_per_N")
-        return [site.spring(self, "force_N", place - rest, compliance)]
+        return [site.spring(self, "force_N", place - unloaded, compliance)]

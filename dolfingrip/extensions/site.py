@@ -224,8 +224,8 @@ class Site:
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        whole = to_assemble(self.fixed(1.0) * clamp)
-        share = self._measured(lambda: np.array(1 / (self.domain.copies * integral(whole))))
+        area = to_assemble(self.fixed(1.0) * clamp)
+        share = self._measured(lambda: np.array(1 / (self.domain.copies * integral(area))))
         return energy * share * clamp
 
     def _measured(self, measure: Callable[[], np.ndarray]) -> fem.Constant:

@@ -62,14 +62,14 @@ class UnevenStiffness(Effect):
         waves = [np.cos(k * np.pi * s) for k in range(3)]
         c = {key: getattr(self, key) for key in type(self).model_fields}
         sides = {side: _logarithm(c, waves, h) for side, h in (("base", 0.0), ("bellows", 1.0))}
-        side, most = max(sides.items(), key=lambda each: np.abs(each[1]).max())
+        side, most = max(sides.items(), key=lambda pair: np.abs(pair[1]).max())
         at = int(np.abs(most).argmax())
         if not most[at]:
             return super().words(config)
         places = np.flatnonzero(most / most[at] >= SHOWN)
         runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-        (own,) = (run for run in runs if at in run)
-        low, high = config.geometry.length_mm * s[own[[0, -1]]]
+        (span,) = (run for run in runs if at in run)
+        low, high = config.geometry.length_mm * s[span[[0, -1]]]
         other = sides["bellows" if side == "base" else "base"][at] / most[at]
         whose = "the finger" if other >= SHOWN else f"the side of the {side}"
         way = "stiffer" if most[at] > 0 else "softer"

@@ -72,8 +72,8 @@ class FoodShape(FoodKeys):
         """Outer width, length and height; of a file those that are given, else 0."""
         given = (self.width_mm, self.length_mm, self.height_mm)
         usual = self._portion[:3]
-        found = [other if each is None else each for each, other in zip(given, usual, strict=True)]
-        return found[0], found[1], found[2]
+        sizes_mm = [other if mm is None else mm for mm, other in zip(given, usual, strict=True)]
+        return sizes_mm[0], sizes_mm[1], sizes_mm[2]
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

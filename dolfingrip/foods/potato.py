@@ -79,8 +79,8 @@ def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> Cl
     bumps = _bumps(way, seed)
     radius = radius + bump_mm * bumps / np.abs(bumps).max()
     triangles = np.asarray(ball.regular_faces, dtype=np.int64)
-    found = ClosedSurface(radius[:, None] * way, triangles)
-    return found.moved(-found.centre_mm)
+    surface = ClosedSurface(radius[:, None] * way, triangles)
+    return surface.moved(-surface.centre_mm)
 
 
 def _bumps(way: Floats, seed: int) -> Floats:

@@ -27,13 +27,13 @@ def skin_of(shape: SignedDistance, half_mm: np.ndarray) -> ClosedSurface:
     size_mm = half_mm.prod() ** (1 / 3)
     spacing_mm = float(np.clip(size_mm / DIVISIONS, LEAST_SPACING_MM, LARGEST_SPACING_MM))
 
-    def found(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def distance_and_gradient(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         distances = shape.at(points)
         return distances.value, distances.gradient
 
     # off the grid's planes, lest they lie in a flat face
     reach = half_mm + 1.37 * spacing_mm
-    return level_set(found, -reach, reach, spacing_mm)
+    return level_set(distance_and_gradient, -reach, reach, spacing_mm)
 
 
 def sampled(
@@ -53,5 +53,5 @@ def sampled(
     source = source.moved(-source.centre_mm)
     beyond = MARGIN_CELLS * grid_mm + smoothing_mm
     low, high = source.points.min(axis=0) - beyond, source.points.max(axis=0) + beyond
-    found = SampledDistance.of(source.distances_mm, low, high, grid_mm, smoothing_mm)
-    return found, skin_of(found, np.maximum(-low, high) - grid_mm)
+    distance = SampledDistance.of(source.distances_mm, low, high, grid_mm, smoothing_mm)
+    return distance, skin_of(distance, np.maximum(-low, high) - grid_mm)

@@ -57,13 +57,13 @@ def strawberry() -> ClosedSurface:
     along = (1 + way[:, 0]) / 2
     ring = way[:, 1:] / np.maximum(np.linalg.norm(way[:, 1:], axis=1), 1e-9)[:, None]
     points = np.column_stack([SLENDER * along, _radius(along)[:, None] * ring])
-    found = ClosedSurface(points, np.asarray(ball.regular_faces, dtype=np.int64))
-    found = found.moved(-found.centre_mm)
+    surface = ClosedSurface(points, np.asarray(ball.regular_faces, dtype=np.int64))
+    surface = surface.moved(-surface.centre_mm)
     flank = np.linspace(0.25, 1, 750)  # without the calyx' end
-    ahead, deep = SLENDER * flank + found.points[:, 0].min(), _radius(flank)
+    ahead, deep = SLENDER * flank + surface.points[:, 0].min(), _radius(flank)
     nearest = np.hypot(ahead, deep).argmin()
     lean = np.arctan2(ahead[nearest], deep[nearest])
-    return found.turned(Rotation.from_euler("y", lean).as_matrix())
+    return surface.turned(Rotation.from_euler("y", lean).as_matrix())
 
 
 def _radius(along: npt.NDArray[np.floating]) -> Floats:

@@ -23,10 +23,10 @@ STIFFNESSES: Final = ("modulus", SPECIMEN)
 
 def known() -> dict[str, tuple[float, str]]:
     """Return standard deviations of nuisances in the key's unit, with explanations."""
-    every = [each.told for each in fitted_effects()]
+    every = [effect.told for effect in fitted_effects()]
     return {
         "modulus": (0.2, "relative, of the material"),
-        **{told.key: (told.std, told.words) for told in every},
+        **{nuisance.key: (nuisance.std, nuisance.words) for nuisance in every},
         SPECIMEN: (0.015, "relative, of one specimen's stiffness where there are several"),
         "coupon_area": (0.0, "relative, of the coupons' cross-section"),
         "coupon_slack_mm": (0.1, "of the travel at which the force of each coupon begins"),
@@ -76,9 +76,9 @@ def changes(config: Config, nuisance: str, std: float) -> dict[str, float]:
         Change by the parameter's key, in its unit; empty where no parameter is meant.
     """
     if nuisance in STIFFNESSES:
-        return {each.key: std * each.value(config) for each in find(config, modulus_keys(config))}
-    for each in fitted_effects():
-        if each.told.key == nuisance:
-            number = each.fitted(config)
-            return {number.key: each.told.spread(std, number.value)} if number else {}
+        return {p.key: std * p.value(config) for p in find(config, modulus_keys(config))}
+    for effect in fitted_effects():
+        if effect.told.key == nuisance:
+            number = effect.fitted(config)
+            return {number.key: effect.told.spread(std, number.value)} if number else {}
     return {} if nuisance in known() else {nuisance: std}

@@ -169,12 +169,12 @@ def every(config: Config) -> list[Parameter]:
     Args:
         config: whose numbers they are.
     """
-    found: list[Parameter] = []
+    parameters: list[Parameter] = []
     for name, table in config.tables.items():
-        found += _of_table(config, table, name)
+        parameters += _of_table(config, table, name)
         for key, below in table.inner.items():
-            found += _of_table(config, below, f"{name}.{key}")
-    return found
+            parameters += _of_table(config, below, f"{name}.{key}")
+    return parameters
 
 
 def named(key: str, option: str = "--set") -> Parameter:
@@ -192,7 +192,7 @@ def named(key: str, option: str = "--set") -> Parameter:
     if kind not in (int, float):
         raise ConfigError(f"{option} {key}: no number; allowed: a number of the configuration")
     *sections, name = key.split(".")
-    effect = next((each for each in EFFECTS if sections == ["extensions", each.name()]), None)
+    effect = next((effect for effect in EFFECTS if sections == ["extensions", effect.name()]), None)
     prior = effect.priors().get(name) if effect else PRIORS.get(key)
     scale, limits = _scale(float(info.default or 0.0), prior), _bounds(info.metadata)
     (section, *_) = (kind for kind in errors.kinds(sections, Config) if name in kind.model_fields)
@@ -226,11 +226,11 @@ def _field(key: str, option: str) -> Any:
     parts = key.split(".")
     info = None
     for i, part in enumerate(parts):
-        known = errors.fields(parts[:i], Config)
+        fields = errors.fields(parts[:i], Config)
         tables = any(getattr(kind, "entries", None) for kind in errors.kinds(parts[:i], Config))
-        if not known and not tables:
+        if not fields and not tables:
             raise ConfigError(f"{option} {key}: {parts[i - 1]} is a value, not a section")
-        info = known.get(part)
+        info = fields.get(part)
         chosen = tables and i + 1 < len(parts)  # a table whose name a user chose
         if info is None and not chosen:
             raise ConfigError(f"{option} {errors.unknown(parts[: i + 1], Config)}")
@@ -247,18 +247,18 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
     Raises:
         ConfigError: one line, if there is no such parameter.
     """
-    known = {parameter.key: parameter for parameter in every(config)}
-    found: list[Parameter] = []
+    by_key = {parameter.key: parameter for parameter in every(config)}
+    parameters: list[Parameter] = []
     for key in keys:
-        chosen = [p for name, p in known.items() if name == key or name.startswith(f"{key}[")]
+        chosen = [p for name, p in by_key.items() if name == key or name.startswith(f"{key}[")]
         chosen = chosen or _of_chamber(config, key)
         if not chosen:
             raise ConfigError(
                 f"--parameters {key}: no parameter of this configuration; "
-                f"allowed: {', '.join(known)}"
+                f"allowed: {', '.join(by_key)}"
             )
-        found += chosen
-    return found
+        parameters += chosen
+    return parameters
 
 
 def _of_chamber(config: Config, key: str) -> list[Parameter]:
@@ -267,8 +267,8 @@ def _of_chamber(config: Config, key: str) -> list[Parameter]:
     if table != config.geometry_table or not inner.startswith("override."):
         return []
     named(key, "--parameters")
-    own = changed(config, {key: getattr(config.geometry, key.rpartition(".")[2])})
-    return [each for each in every(own) if each.key == key]
+    single = changed(config, {key: getattr(config.geometry, key.rpartition(".")[2])})
+    return [parameter for parameter in every(single) if parameter.key == key]
 
 
 def _of_table(config: Config, table: Section, path: str) -> Iterator[Parameter]:
@@ -325,8 +325,8 @@ def _bounds(metadata: Sequence[Any]) -> tuple[float, float]:
     """Pydantic's bounds; open bounds are taken for closed ones."""
 
     def limits(*names: str) -> list[float]:
-        found = (getattr(item, name, None) for item in metadata for name in names)
-        return [float(limit) for limit in found if limit is not None]
+        bounds = (getattr(item, name, None) for item in metadata for name in names)
+        return [float(limit) for limit in bounds if limit is not None]
 
     return max(limits("gt", "ge"), default=-math.inf), min(limits("lt", "le"), default=math.inf)
 
@@ -342,8 +342,8 @@ def moduli(config: Config) -> dict[str, Modulus]:
     Args:
         config: of the finger, or of a coupon.
     """
-    bodies = {name: each for name, each in config.tables.items() if each.role is Role.BODY}
-    inner = {f"{n}.{key}": t for n, each in bodies.items() for key, t in each.inner.items()}
+    bodies = {name: body for name, body in config.tables.items() if body.role is Role.BODY}
+    inner = {f"{n}.{key}": t for n, body in bodies.items() for key, t in body.inner.items()}
     return {
         f"{path}.{key}": value
         for path, table in (bodies | inner).items()
@@ -361,6 +361,6 @@ def scaled(config: Config, factor: float) -> Change:
         factor: above 0.
     """
     return {
-        key: [factor * each for each in value] if isinstance(value, tuple) else factor * value
+        key: [factor * modulus for modulus in value] if isinstance(value, tuple) else factor * value
         for key, value in moduli(config).items()
     }

@@ -35,8 +35,8 @@ CAVITIES: Final = (
 def _colours(mesh: SolidMesh) -> dict[str, str]:
     """Colour of each group of the mesh."""
     hollows = groups.cavities(mesh.facets)
-    found = {**COLOURS, **dict(zip(hollows, cycle(CAVITIES), strict=False))}
-    return {name: colour for name, colour in found.items() if name in mesh.facets}
+    colours = {**COLOURS, **dict(zip(hollows, cycle(CAVITIES), strict=False))}
+    return {name: colour for name, colour in colours.items() if name in mesh.facets}
 
 
 WORDS: Final = {groups.CLAMP: "clamp (held)", groups.TIP: "tip (angle)", groups.SKIN: "skin",
@@ -61,14 +61,14 @@ def draw(mesh: SolidMesh, out: Path, title: str) -> Path:
         title: text above.
     """
     surface = _surface(mesh)
-    whole = surface
+    full = surface
     if groups.SYMMETRY in mesh.facets:
         image = surface.reflect((0, 1, 0), point=(0, 0, 0))
-        whole = surface.merge(image)
-        whole = whole.extract_cells(whole["symmetry"] == 0)
-    half = surface if whole is not surface else surface.clip((0, -1, 0), origin=(0, 0, 0))
+        full = surface.merge(image)
+        full = full.extract_cells(full["symmetry"] == 0)
+    half = surface if full is not surface else surface.clip((0, -1, 0), origin=(0, 0, 0))
     half = half.extract_cells(half["symmetry"] == 0)
-    pictures = [_shot(whole, OUTSIDE), _shot(half, INSIDE), _shot(whole, BACK)]
+    pictures = [_shot(full, OUTSIDE), _shot(half, INSIDE), _shot(full, BACK)]
     labels = ["from the front", "cut open in y = 0", "from the back, below"]
     return _save(pictures, labels, _colours(mesh), out, title)
 
@@ -77,8 +77,8 @@ def _surface(mesh: SolidMesh) -> Any:
     """Triangles or quadrilaterals of all groups, each with its colour."""
     facets, colours, plane = [], [], []
     colour_of = _colours(mesh)
-    for name, found in mesh.facets.items():
-        corners = found[:, : mesh.shape.facet_corners]
+    for name, group in mesh.facets.items():
+        corners = group[:, : mesh.shape.facet_corners]
         facets.append(corners)
         rgb = [int(colour_of[name][i : i + 2], 16) for i in (1, 3, 5)]
         colours.append(np.tile(np.array(rgb, dtype=np.uint8), (len(corners), 1)))

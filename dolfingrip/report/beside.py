@@ -62,7 +62,7 @@ class Beside:
         if config.obstacle is not None:
             food, colour = standing_surface(config.obstacle), config.obstacle.shape.colour
         curves = () if config.curve is None else config.curve.lines
-        return cls(plate, [np.asarray(each) for each in curves], food, colour)
+        return cls(plate, [np.asarray(line) for line in curves], food, colour)
 
 
 ALONE: Final = Beside()

@@ -70,11 +70,11 @@ def label(name: str) -> str:
     chamber = OVERRIDE.fullmatch(name)
     if chamber:
         name, at, place = f"finger.{chamber[2]}", " of chamber ", chamber[1]
-    found = LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
-    if found == name and "." in name:
-        found = words(name) + (f" ({unit(name)})" if unit(name) else "")
-    text, bracket, rest = found.partition(" (")
-    return f"{text}{at}{place}{bracket}{rest}"
+    title = LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
+    if title == name and "." in name:
+        title = words(name) + (f" ({unit(name)})" if unit(name) else "")
+    text, bracket, tail = title.partition(" (")
+    return f"{text}{at}{place}{bracket}{tail}"
 
 
 def unit_of(name: str) -> str:
@@ -99,9 +99,9 @@ def axis(objective: NamedObjective, ending: str = "") -> Axis:
     Returns:
         The axis with the objective's unit.
     """
-    words, bracket, rest = label(objective.title).partition(" (")
+    words, bracket, tail = label(objective.title).partition(" (")
     text = f"{words} {ending}".rstrip()
-    return Axis(f"{text}{bracket}{rest}", objective.unit, words)
+    return Axis(f"{text}{bracket}{tail}", objective.unit, words)
 
 
 def learning_curve(curve: Mapping[str, Any], goal: float | None) -> Chart:
@@ -184,28 +184,28 @@ def surrogate_front(
         return values[first.title], values[second.title]
 
     def solved(*roles: str) -> list[tuple[float, float]]:
-        own = [each for each in optimum.designs if each.role in roles]
-        return [place(each.fem) for each in own if each.fem is not None]
+        designs = [design for design in optimum.designs if design.role in roles]
+        return [place(design.fem) for design in designs if design.fem is not None]
 
     series = []
     if learnt:
         lost = f"; {failed} failed, not shown" if failed else ""
         name = f"design of experiments ({len(learnt)}{lost})"
-        series.append(_points(name, [place(each.outputs) for each in learnt], "grey", "."))
+        series.append(_points(name, [place(design.outputs) for design in learnt], "grey", "."))
     name = f"Pareto front of the surrogate ({len(optimum.front)} points)"
-    series.append(_points(name, [place(each.surrogate) for each in optimum.front], "blue", "."))
+    series.append(_points(name, [place(p.surrogate) for p in optimum.front], "blue", "."))
     again = solved("chosen") + [place(e.fem) for e in optimum.front if e.fem is not None]
     if again:
         series.append(_points("computed again by finite elements", again, "ink", "D"))
     if solved("original"):
         series.append(_points("original", solved("original"), "green", "s"))
-    chosen = [each for each in optimum.designs if each.role == "chosen"]
+    chosen = [design for design in optimum.designs if design.role == "chosen"]
     if chosen:
         word = "largest" if second.sense == "maximise" else "smallest"
         name = f"chosen: {word} {label(second.name).partition(' (')[0].split()[-1].lower()}"
-        places = [place(each.surrogate) for each in chosen]
+        places = [place(design.surrogate) for design in chosen]
         series.append(_points(f"{name} in a limit", places, "orange", "*"))
-    limits = sorted(each.limit for each in chosen if each.limit is not None)
+    limits = sorted(design.limit for design in chosen if design.limit is not None)
     marks = [
         Mark(
             limit,
@@ -242,8 +242,8 @@ def scatter(names: Sequence[str], sd: Mapping[int, tuple[Sequence[int], Numbers]
             Axis("Generations", zero=True),
             Axis(f"Standard deviation of {label(name)}", unit(name), zero=True),
             [
-                Series(f"population {population}", generations, found[:, column], marker=marker)
-                for (population, (generations, found)), marker in zip(
+                Series(f"population {population}", generations, spread[:, column], marker=marker)
+                for (population, (generations, spread)), marker in zip(
                     sorted(sd.items()), "os^Dvx" * 9, strict=False
                 )
             ],
@@ -266,7 +266,7 @@ def course(design: DesignFile, steps: Columns) -> list[Chart]:
     at, value = required(steps, "simulations"), numbers(steps, "objective")
     if value is None:
         return []
-    value = np.array([as_shown(design.quantity, each) for each in value])
+    value = np.array([as_shown(design.quantity, v) for v in value])
     design = design.shown
     taken = np.array([str(entry) == "True" for entry in steps["accepted"]])
     failed = np.isnan(value)
@@ -282,18 +282,18 @@ def course(design: DesignFile, steps: Columns) -> list[Chart]:
         for i, place in enumerate(at[failed])
     ]
     up = Axis(label(design.quantity), unit(design.quantity))
-    found = [Chart("Steps of the design", along, up, series, marks, alt=design.of)]
+    charts = [Chart("Steps of the design", along, up, series, marks, alt=design.of)]
     names = list(steps)
-    own = names[names.index("objective") + 1 : names.index("radius")] if "radius" in names else ()
+    keys = names[names.index("objective") + 1 : names.index("radius")] if "radius" in names else ()
     limits = []
-    for each, name in zip(design.constraints, own, strict=False):
-        sign = 1.0 if each.sense == "at most" else -1.0
-        left = sign * (each.limit - required(steps, name)[taken]) / (abs(each.limit) or 1.0)
+    for limit, name in zip(design.constraints, keys, strict=False):
+        sign = 1.0 if limit.sense == "at most" else -1.0
+        left = sign * (limit.limit - required(steps, name)[taken]) / (abs(limit.limit) or 1.0)
         limits.append(Series(name, at[taken], 100 * left, marker="o"))
     if limits:
         percent = Axis("Left to the limit (% of it)", "%")
-        found.append(Chart("Limits of the design", along, percent, limits, [Mark(0.0)]))
-    return found
+        charts.append(Chart("Limits of the design", along, percent, limits, [Mark(0.0)]))
+    return charts
 
 
 def sections(meshes: Mapping[str, FieldMesh]) -> list[Chart]:
@@ -329,8 +329,8 @@ def followed(target: CurveTarget, tables: Mapping[str, Columns], note: str = "")
     Returns:
         A chart for each pressure with a curve of its own.
     """
-    lines, told = target.lines, target.pressure_kPa
-    pressures = [None] * len(lines) if told is None or target.of_tip else np.unique(told)
+    lines, at_kPa = target.lines, target.pressure_kPa
+    pressures = [None] * len(lines) if at_kPa is None or target.of_tip else np.unique(at_kPa)
     charts = []
     for line, pressure in zip(lines, pressures, strict=True):
         title = "Way of the tip"
@@ -346,35 +346,35 @@ def followed(target: CurveTarget, tables: Mapping[str, Columns], note: str = "")
                 continue
             at = p[-1] if pressure is None else pressure
             title = f"Back of the finger at {at:g} kPa"
-            back_x, back_z = ([0.0, *(np.interp(at, p, each) for each in axis)] for axis in (x, z))
+            back_x, back_z = ([0.0, *(np.interp(at, p, row) for row in axis)] for axis in (x, z))
             series.append(Series(name, back_z, back_x, colour=colour))
         charts.append(Chart(title, *IN_PLANE, series, note=note, equal=True))
     return charts
 
 
-def gradient_front(found: FrontFile) -> list[Chart]:
+def gradient_front(front: FrontFile) -> list[Chart]:
     """Make the charts of a front with its uncertainty.
 
     Args:
-        found: the front.
+        front: the front.
 
     Returns:
         Charts of the front, of the best designs' places, and of how the front settled.
     """
-    limited, improved = found.objectives
+    limited, improved = front.objectives
     along = axis(limited, limited.sense)
     limit, mean, sd = (
-        np.array([getattr(each, name) for each in found.levels])
+        np.array([getattr(level, name) for level in front.levels])
         for name in ("limit", "mean", "deviation")
     )
-    designs = [each.values for each in found.simulated]
+    designs = [design.values for design in front.simulated]
     curve = Series("front", limit, mean, low=mean - 2 * sd, high=mean + 2 * sd, colour="blue")
     points = _points("simulated", designs, "ink", "D")
     note = "Band: two standard deviations."
     charts = [Chart("Front", along, axis(improved), [curve, points], note=note)]
     places = {
-        key: (np.array([each.inputs[key] for each in found.levels]) - low) / (high - low)
-        for key, (low, high) in found.ranges.items()
+        key: (np.array([level.inputs[key] for level in front.levels]) - low) / (high - low)
+        for key, (low, high) in front.ranges.items()
     }
     moving = sorted(places, key=lambda key: -float(np.ptp(places[key][:, 0])))[:PLACES]
     series = [
@@ -384,8 +384,8 @@ def gradient_front(found: FrontFile) -> list[Chart]:
     part = Axis("Best design, part of its range", ends=(-0.03, 1.03))
     note = "Bands: central 90 % of each parameter."
     charts.append(Chart("Best designs along the front", along, part, series, note=note))
-    unsure = 100 * np.array(found.unsure, dtype=float)
-    areas = np.array(found.hypervolumes, dtype=float)
+    unsure = 100 * np.array(front.unsure, dtype=float)
+    areas = np.array(front.hypervolumes, dtype=float)
     at = len(designs) - len(areas) + 1.0 + np.arange(len(areas))
     apart = 100 * np.maximum(np.abs(areas[:-1] / areas[-1] - 1), 1e-6) if len(areas) else areas
     settled = [

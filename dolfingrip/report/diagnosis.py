@@ -48,11 +48,11 @@ OVERLAYS: Final = Look(panel_in=(4.6, 3.4), dpi=150, titled=True, key="below")
 GAIN: Final = Look(panel_in=(4.8, 3.6), dpi=150, key="above")
 
 
-def draw(found: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Path]:
+def draw(diagnosis: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Path]:
     """Draw ``overlay.png``, ``probabilities.png`` and ``gain.png``.
 
     Args:
-        found: content of ``diagnosis.json``.
+        diagnosis: content of ``diagnosis.json``.
         readings: a table with the columns channel, experiment, specimen, run, branch, pressure_kPa,
             displacement_mm, value, noise, configured, before, after.
         out: folder.
@@ -63,14 +63,14 @@ def draw(found: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Path]:
     Raises:
         WriteError: one line.
     """
-    bars = probabilities(found)
+    bars = probabilities(diagnosis)
     size = (6.4, 0.9 + PICTURES.bar_in * len(bars.y.names))
     drawn = [
-        write(overlays(found, readings), out / "overlay.png", OVERLAYS),
+        write(overlays(diagnosis, readings), out / "overlay.png", OVERLAYS),
         write([bars], out / "probabilities.png", Look(panel_in=size, dpi=150)),
     ]
-    if found.gain:
-        drawn.append(write(gain(found), out / "gain.png", GAIN))
+    if diagnosis.gain:
+        drawn.append(write(gain(diagnosis), out / "gain.png", GAIN))
     return drawn
 
 
@@ -108,55 +108,55 @@ def panels(readings: pd.DataFrame) -> list[ReadingsPanel]:
     Returns:
         A panel for each channel of an experiment; of few specimens one for each of them.
     """
-    found = []
+    shown = []
     for (experiment, name), part in readings.groupby(["experiment", "channel"], sort=False):
         title, channel = str(experiment).replace("_", " "), CHANNELS[str(name)]
         specimens = list(dict.fromkeys(part["specimen"]))
         if 1 < len(specimens) <= PICTURES.most_specimens and experiment != "coupon":
             for specimen in specimens:
-                own = part[part["specimen"] == specimen]
-                found.append(ReadingsPanel(f"{title}, {specimen}", channel, own))
+                of_specimen = part[part["specimen"] == specimen]
+                shown.append(ReadingsPanel(f"{title}, {specimen}", channel, of_specimen))
         else:
-            found.append(ReadingsPanel(title, channel, part))
-    return found
+            shown.append(ReadingsPanel(title, channel, part))
+    return shown
 
 
-def _extended(found: DiagnosisFile) -> tuple[str, str, Colour]:
+def _extended(diagnosis: DiagnosisFile) -> tuple[str, str, Colour]:
     """Column, name and colour of what was fitted: with the leading causes, if it has any."""
-    causes = [each.replace("_", " ") for each in found.fits[0].effects] if found.fits else []
+    causes = [e.replace("_", " ") for e in diagnosis.fits[0].effects] if diagnosis.fits else []
     return ("after", f"extended by {' and '.join(causes)}", "orange") if causes else FITTED
 
 
-def overlays(found: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
+def overlays(diagnosis: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
     """Make charts of measured and simulated readings, with the residuals below.
 
     Args:
-        found: content of ``diagnosis.json``.
+        diagnosis: content of ``diagnosis.json``.
         readings: the table of :func:`draw`.
 
     Returns:
         A chart for each channel of an experiment, or of a specimen.
     """
-    extended = _extended(found)
+    extended = _extended(diagnosis)
     charts = []
     for panel in panels(readings):
         part, over, channel = panel.part, panel.over.name, panel.channel
         half = PICTURES.band_std * part["noise"]
-        told = f"measured, ± {PICTURES.band_std:g} std"
-        series = [_points(part, over, part["value"], told, "ink", half)]
+        legend = f"measured, ± {PICTURES.band_std:g} std"
+        series = [_points(part, over, part["value"], legend, "ink", half)]
         series += lines(part, over, "configured", "as configured", "grey", "dots")
         series += lines(part, over, extended[0], *extended[1:], "line")
-        rest, rms = [], [f"{_rms(part, 'configured'):.3g} as configured"]
+        residuals, rms = [], [f"{_rms(part, 'configured'):.3g} as configured"]
         for column, name, colour in dict.fromkeys((FITTED, extended)):
             bars = half if column == extended[0] else None
-            rest.append(_points(part, over, part[column] - part["value"], name, colour, bars))
+            residuals.append(_points(part, over, part[column] - part["value"], name, colour, bars))
             rms.append(f"{_rms(part, column):.3g} {name}")
         words, unit = channel.title.lower(), channel.symbol
         noise = float(np.sqrt(np.square(part["noise"]).mean()))
         note = f"Residuals, root mean square in {unit}: {', '.join(rms)}; noise {noise:.2g}."
         up = Axis(f"Simulated − measured ({unit})", unit, "simulated − measured")
         alt = f"{panel.title}: simulated less measured {words}, with the noise"
-        below = Chart("", panel.across, up, rest, [Mark(0.0)], alt=alt)
+        below = Chart("", panel.across, up, residuals, [Mark(0.0)], alt=alt)
         alt = f"{panel.title}: measured {words} with its noise, and the simulation."
         up = Axis(channel.label, unit)
         title = f"{panel.title}: {words}"
@@ -233,26 +233,26 @@ def ways(load: np.ndarray) -> list[slice]:
     return [slice(first, last + 1) for first, last in pairwise(ends)]
 
 
-def probabilities(found: DiagnosisFile, least: float = PICTURES.least_probability) -> Chart:
+def probabilities(diagnosis: DiagnosisFile, least: float = PICTURES.least_probability) -> Chart:
     """Make the chart of the probability of each cause.
 
     Args:
-        found: content of ``diagnosis.json``.
+        diagnosis: content of ``diagnosis.json``.
         least: probability below which a cause has no bar.
 
     Returns:
         Bars, the longest first.
     """
-    known = {each.name.replace("_", " "): each.probability for each in found.causes}
-    shown = {name: p for name, p in known.items() if p >= least}
-    shown |= beside_causes(found)
+    by_cause = {cause.name.replace("_", " "): cause.probability for cause in diagnosis.causes}
+    shown = {name: p for name, p in by_cause.items() if p >= least}
+    shown |= beside_causes(diagnosis)
     names = sorted(shown, key=lambda name: -shown[name])
     bars = []
     for colour, of_cause in (("green", True), ("grey", False)):
-        own = [i for i, name in enumerate(names) if (name in known) is of_cause]
-        values = [shown[names[i]] for i in own]
+        places = [i for i, name in enumerate(names) if (name in by_cause) is of_cause]
+        values = [shown[names[i]] for i in places]
         said = [_probability(p) for p in values]
-        bars.append(Series("", values, own, "bar", colour=colour, said=said))
+        bars.append(Series("", values, places, "bar", colour=colour, said=said))
     across = Axis("Probability that it takes part", ends=(0.0, 1.1))
     title = "Probability that each cause takes part"
     note = "Two causes can act together, so the numbers may add up to more than 1."
@@ -265,11 +265,11 @@ def _probability(p: float) -> str:
     return f"{p:.2f}" if p < 1 - ROUNDED else "> 0.99"
 
 
-def gain(found: DiagnosisFile) -> list[Chart]:
+def gain(diagnosis: DiagnosisFile) -> list[Chart]:
     """Make charts of the error on readings that were left out.
 
     Args:
-        found: content of ``diagnosis.json``.
+        diagnosis: content of ``diagnosis.json``.
 
     Returns:
         A chart for each channel, with a bar for each model and what was left out.
@@ -279,16 +279,16 @@ def gain(found: DiagnosisFile) -> list[Chart]:
         ("process", "process without cause", "grey"), ("cause", "with the cause", "orange"),
     ]  # fmt: skip
     charts = []
-    for name in dict.fromkeys(each.channel for each in found.gain):
-        rows, channel = [each for each in found.gain if each.channel == name], CHANNELS[name]
-        low, high = ([getattr(each, f"cause_{end}") for each in rows] for end in ("low", "high"))
+    for name in dict.fromkeys(row.channel for row in diagnosis.gain):
+        rows, channel = [row for row in diagnosis.gain if row.channel == name], CHANNELS[name]
+        low, high = ([getattr(row, f"cause_{end}") for row in rows] for end in ("low", "high"))
         bars = [
-            Series(text, [getattr(each, kind) for each in rows], range(len(rows)), "bar",
+            Series(text, [getattr(row, kind) for row in rows], range(len(rows)), "bar",
                    low=low if kind == "cause" else None, high=high if kind == "cause" else None,
                    colour=colour)
             for kind, text, colour in kinds
         ]  # fmt: skip
         across = Axis(f"Error on left-out readings, {channel.label}", channel.symbol, log=True)
-        names = Axis("", names=[f"{each.left_out} left out" for each in rows])
+        names = Axis("", names=[f"{row.left_out} left out" for row in rows])
         charts.append(Chart(f"Before and after: {channel.title.lower()}", across, names, bars))
     return charts

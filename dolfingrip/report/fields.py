@@ -99,18 +99,18 @@ def find_steps(
         ValueError: One line naming a pressure asked for that is not in the results, and those that
             are.
     """
-    known = required(result, "pressure_kPa")
+    reached_kPa = required(result, "pressure_kPa")
     candidates = np.flatnonzero(branches(result) == branch)
     if candidates.size == 0:
         known_branches = ", ".join(dict.fromkeys(branches(result)))
         raise ValueError(f"branch = {branch}: allowed: {known_branches}")
     steps = []
-    for asked in pressures_kPa:
-        there = np.flatnonzero(np.abs(known - asked) <= TOLERANCE_KPA)
+    for p_kPa in pressures_kPa:
+        there = np.flatnonzero(np.abs(reached_kPa - p_kPa) <= TOLERANCE_KPA)
         near = np.concatenate([there[np.isin(there, candidates)], there])
         if near.size == 0:
-            available = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
-            raise ValueError(f"pressure_kPa = {asked:g}: not in the results; allowed: {available}")
+            available = ", ".join(f"{p:g}" for p in dict.fromkeys(reached_kPa))
+            raise ValueError(f"pressure_kPa = {p_kPa:g}: not in the results; allowed: {available}")
         steps.append(int(near[0]))
     return steps
 
@@ -140,12 +140,12 @@ def read_grid(file: Path) -> Any:
     if many := _MANY_COMPONENTS.search(content):  # VTK takes memory for as many as there are told
         raise ValueError(f"{file}: damaged: {many[0].decode(errors='replace')}")
     try:
-        found = vtk_file.read(file)
+        grid = vtk_file.read(file)
     except xml.XmlError as error:
         raise ValueError(f"{file}: damaged: {error}") from None
-    if not found.n_cells or not np.isfinite(found.points).all():
+    if not grid.n_cells or not np.isfinite(grid.points).all():
         raise ValueError(f"{file}: damaged: no elements, or points that are no numbers")
-    return found
+    return grid
 
 
 def read_mesh(grid: Any) -> FieldMesh:
@@ -160,16 +160,16 @@ def read_mesh(grid: Any) -> FieldMesh:
     """
     types = set(np.unique(grid.celltypes).tolist())
     sizes = np.unique(np.diff(grid.cell_offsets))
-    known = any(types <= kinds and set(sizes) <= set(nodes) for kinds, nodes in CELL_TYPES)
-    if sizes.size != 1 or not known:
+    allowed = any(types <= kinds and set(sizes) <= set(nodes) for kinds, nodes in CELL_TYPES)
+    if sizes.size != 1 or not allowed:
         raise ValueError(
             f"fields: VTK cell types {sorted(types)} of {sizes.tolist()} nodes; "
             "allowed: linear or quadratic tetrahedra or hexahedra"
         )
-    found = np.asarray(grid.cell_connectivity, dtype=np.int64).reshape(-1, sizes[0])
-    cells = from_vtk(found[:, :20])
+    connectivity = np.asarray(grid.cell_connectivity, dtype=np.int64).reshape(-1, sizes[0])
+    cells = from_vtk(connectivity[:, :20])
     if sizes[0] == 27:
-        cells = np.hstack([cells, found[:, [*FACE_MIDDLES, 26]]])
+        cells = np.hstack([cells, connectivity[:, [*FACE_MIDDLES, 26]]])
     if "vtkGhostType" in grid.cell_data:
         cells = cells[(np.asarray(grid.cell_data["vtkGhostType"]) & GHOST) == 0]
     source, merged = _merge(grid)
@@ -205,7 +205,7 @@ def read_steps(files: Sequence[Path]) -> tuple[FieldMesh, list[Floats], dict[str
     """
     mesh: FieldMesh | None = None
     displacements, points = [], 0
-    found: dict[str, list[Floats]] = {}
+    further: dict[str, list[Floats]] = {}
     for file in files:
         grid = read_grid(file)
         if mesh is None:
@@ -216,9 +216,9 @@ def read_steps(files: Sequence[Path]) -> tuple[FieldMesh, list[Floats], dict[str
         for name, field in FIELDS.items():
             if field is not MOVED and field.array in grid.point_data:
                 values = read_point_data(grid, field.array, mesh.source)
-                found.setdefault(name, []).append(values)
+                further.setdefault(name, []).append(values)
     assert mesh is not None
-    return mesh, displacements, {k: v for k, v in found.items() if len(v) == len(displacements)}
+    return mesh, displacements, {k: v for k, v in further.items() if len(v) == len(displacements)}
 
 
 def _merge(grid: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:

@@ -154,8 +154,8 @@ def filmed(
         return np.asarray(PchipInterpolator(time_s, kept)(at))
 
     skin, food = between([m.skin for m in moments]), between([m.food for m in moments])
-    known = moments[0].fields
-    shown = {each: between([m.fields[each] for m in moments]) for each in fields if each in known}
+    stored = moments[0].fields
+    shown = {key: between([m.fields[key] for m in moments]) for key in fields if key in stored}
     tables, pressures = between([m.table_mm for m in moments]), between(result[PRESSURE.name])
     towards = rows[np.searchsorted(time_s, at - 1e-9).clip(max=len(rows) - 1)]
     return [
@@ -264,13 +264,13 @@ def moments_of(
     mesh, displacements, further = read_steps(list_steps(fields))
     if cut is not None:
         rows = len(displacements)
-        mesh, found, sides = sawn(mesh, sum(further.values(), displacements), (1, -1))
-        displacements, others = found[:rows], iter(found[rows:])
+        mesh, halves, sides = sawn(mesh, sum(further.values(), displacements), (1, -1))
+        displacements, others = halves[:rows], iter(halves[rows:])
         further = {name: list(islice(others, rows)) for name in further}
     skin, half = extract_skin(mesh, mirror=False), halved(config, body)
     extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     placement = placed(stands_of(config, body), extent, half=half)
-    rest, frames = placement.positions(skin.points), placement.frames(skin.points)
+    at_rest, frames = placement.positions(skin.points), placement.frames(skin.points)
     fingers = replace(skin, side=placement.which(skin.points).astype(float))
     if half:
         fingers = _completed(fingers, cut=cut is not None)
@@ -278,7 +278,7 @@ def moments_of(
     shown: npt.NDArray[np.bool_] = np.ones(len(fingers.points), dtype=np.bool_)
     if cut is not None:
         side = np.concatenate([sides[skin.node] * factor for factor in (1, -1)[: len(images)]])
-        depth = np.concatenate([rest * image for image in images]) @ cut.axes[2]
+        depth = np.concatenate([at_rest * image for image in images]) @ cut.axes[2]
         shown = _farther(fingers, depth, side)
     moments = []
     for row, displacement in enumerate(displacements):
@@ -288,13 +288,13 @@ def moments_of(
         food = turned.apply(body.surface.points) + place
         table = float(result["table_z_mm"][row])
         values = {
-            name: np.tile(each[row][skin.node], len(images))[shown]
-            for name, each in further.items()
+            name: np.tile(field[row][skin.node], len(images))[shown]
+            for name, field in further.items()
         }
         moved = to_world(frames, displacement[skin.node])
         places, ways = (
             np.concatenate([vectors * image for image in images])[shown]
-            for vectors in (rest + moved, moved)
+            for vectors in (at_rest + moved, moved)
         )
         time_s, pressure = (float(result[name][row]) for name in (TIME.name, PRESSURE.name))
         said = label(time_s, pressure, str(result["branch"][row]))
@@ -359,7 +359,7 @@ def _pictures(
         plotter.add_mesh(food, color=config.food.shape.colour, smooth_shading=True, ambient=0.3)
         plotter.add_mesh(table, color=PALE, ambient=0.4)
         bodies = [food, fingers.surface]
-        shadows = [each.copy() for each in bodies]
+        shadows = [mesh.copy() for mesh in bodies]
         for shadow in shadows:
             plotter.add_mesh(shadow, color=SHADE, lighting=False)
         least, most = np.array(table.bounds).reshape(3, 2).T
@@ -386,12 +386,12 @@ def _values(skin: Skin, moments: Sequence[Moment], colour_by: Colour) -> list[Fl
         return [skin.side for _ in moments]
     if colour_by == MOVED.name:
         return [np.linalg.norm(moment.displacement, axis=1) for moment in moments]
-    if colour_by not in (known := moments[0].fields):
-        allowed = ", ".join([MOVED.name, *known, "none"])
+    if colour_by not in (fields := moments[0].fields):
+        allowed = ", ".join([MOVED.name, *fields, "none"])
         raise ValueError(f"--colour-by {colour_by}: not in the fields; allowed: {allowed}")
     values = [moment.fields[colour_by] for moment in moments]
     if colour_by == INSIDE.name:
-        return [skin.on_walls(each, mid_plane(skin.points)) for each in values]
+        return [skin.on_walls(value, mid_plane(skin.points)) for value in values]
     return values
 
 

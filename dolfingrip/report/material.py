@@ -38,27 +38,27 @@ def charts(data: Sequence[CouponSeries], fits: Sequence[LawFit], best: LawFit) -
     """
     reached = np.concatenate([[1.0], *(series.stretch for series in data)])
     stretch = np.linspace(reached.min(), reached.max(), 120)
-    found = []
+    drawn = []
     for mode in MODES:
         measured = [series for series in data if series.mode == mode]
         middle, half = best.band(mode, stretch)
-        others = [each for each in fits if each is not best]
+        others = [fit for fit in fits if fit is not best]
         series = [
-            Series(each.law.title, stretch, each.band(mode, stretch)[0], style, colour=colour)  # type: ignore[arg-type]
-            for each, (colour, style) in zip(others, OTHERS * 9, strict=False)
+            Series(fit.law.title, stretch, fit.band(mode, stretch)[0], style, colour=colour)  # type: ignore[arg-type]
+            for fit, (colour, style) in zip(others, OTHERS * 9, strict=False)
         ]
         series.append(
             Series(f"{best.law.title}, 90 % interval", stretch, middle, low=middle - half,
                    high=middle + half, colour="blue")
         )  # fmt: skip
         series += [
-            Series("" if i else "measured", each.stretch, each.stress_MPa, "points", colour="ink",
+            Series("" if i else "measured", test.stretch, test.stress_MPa, "points", colour="ink",
                    marker=".")
-            for i, each in enumerate(measured)
+            for i, test in enumerate(measured)
         ]  # fmt: skip
-        shown = np.concatenate([[0.0], middle, *(each.stress_MPa for each in measured)])
+        shown = np.concatenate([[0.0], middle, *(test.stress_MPa for test in measured)])
         ends = (1.08 if measured else BEYOND) * np.array([shown.min(), shown.max()])
-        found.append(
+        drawn.append(
             Chart(
                 f"{mode}, {'measured' if measured else 'predicted'}",
                 Axis("Stretch (–)", ends=(float(stretch[0]), float(stretch[-1]))),
@@ -66,4 +66,4 @@ def charts(data: Sequence[CouponSeries], fits: Sequence[LawFit], best: LawFit) -
                 series,
             )
         )
-    return found
+    return drawn

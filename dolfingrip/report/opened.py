@@ -41,7 +41,7 @@ def sawn(
         for number, field in enumerate(fields):
             grid[str(number)] = field
         at = (0.0, plane, 0.0)
-        halves = [grid.clip("y", origin=at, invert=each).triangulate() for each in (True, False)]
+        halves = [grid.clip("y", origin=at, invert=flip).triangulate() for flip in (True, False)]
         grid = pv.merge(halves, merge_points=False)
         cells = np.asarray(grid.cells, dtype=np.int64).reshape(-1, 5)[:, 1:]  # tetrahedra alone
         points = np.asarray(grid.points, dtype=float)
@@ -55,6 +55,6 @@ def sawn(
         [np.searchsorted(n, c) + start for n, c, start in zip(nodes, kept, starts, strict=False)]
     )
     node = np.concatenate(nodes)
-    found = FieldMesh(mesh.points[node], cells, mesh.source[node])
+    opened = FieldMesh(mesh.points[node], cells, mesh.source[node])
     side = np.repeat(np.array(sides, dtype=float), np.diff(starts))
-    return found, [field[node] for field in fields], side
+    return opened, [field[node] for field in fields], side

@@ -34,9 +34,9 @@ def look(plan: PlanFile) -> Look:
     return Look(panel_in=(5.5, 1.1 + ROW_IN * lines), dpi=130, key="below")
 
 
-def _kind(each: EffectOutlook) -> str:
+def _kind(effect: EffectOutlook) -> str:
     alone, with_class, neither = KINDS
-    return alone if each.share >= 0.5 else with_class if each.class_share >= 0.5 else neither
+    return alone if effect.share >= 0.5 else with_class if effect.class_share >= 0.5 else neither
 
 
 def charts(plan: PlanFile) -> list[Chart]:
@@ -50,36 +50,36 @@ def charts(plan: PlanFile) -> list[Chart]:
     """
     bars = []
     for name, colour in KINDS.items():
-        own = [(i, each) for i, each in enumerate(plan.effects) if _kind(each) == name]
-        length = [max(each.strength_sigma, FAINTEST_SIGMA) for _, each in own]
-        bars.append(Series(name, length, [i for i, _ in own], "bar", colour=colour))
+        of_kind = [(i, effect) for i, effect in enumerate(plan.effects) if _kind(effect) == name]
+        length = [max(effect.strength_sigma, FAINTEST_SIGMA) for _, effect in of_kind]
+        bars.append(Series(name, length, [i for i, _ in of_kind], "bar", colour=colour))
     named = [
-        (each.named_from_sigma, i)
-        for i, each in enumerate(plan.effects)
-        if each.named_from_sigma is not None
+        (effect.named_from_sigma, i)
+        for i, effect in enumerate(plan.effects)
+        if effect.named_from_sigma is not None
     ]
     from_here = Series("named alone from here on", [x for x, _ in named], [y for _, y in named],
                        "points", colour="ink", marker="|")  # fmt: skip
-    found = [
+    drawn = [
         Chart(
             "Effects",
             Axis("Change of the readings by an ordinary strength (σ)", "σ", log=True,
                  ends=(FAINTEST_SIGMA, None)),
-            Axis("", names=[each.effect.replace("_", " ") for each in plan.effects]),
+            Axis("", names=[effect.effect.replace("_", " ") for effect in plan.effects]),
             [*bars, from_here],
         )
     ]  # fmt: skip
     if plan.additions:
-        rows = sorted(plan.additions, key=lambda each: -each.share)
-        said = [f"{100 * each.gain_per_minute:+z.2f} % a minute" for each in rows]
-        shares = [100 * each.share for each in rows]
-        found.append(
+        rows = sorted(plan.additions, key=lambda row: -row.share)
+        said = [f"{100 * row.gain_per_minute:+z.2f} % a minute" for row in rows]
+        shares = [100 * row.share for row in rows]
+        drawn.append(
             Chart(
                 "Additions",
                 Axis("Effects that are named (%)", "%", ends=(0.0, 100.0)),
-                Axis("", names=[f"{each.name} ({each.minutes:.0f}\u00a0min)" for each in rows]),
+                Axis("", names=[f"{row.name} ({row.minutes:.0f}\u00a0min)" for row in rows]),
                 [Series("", shares, range(len(rows)), "bar", colour="orange", said=said)],
                 [Mark(100 * plan.share, "the rig as it is", "x")],
             )
         )
-    return found
+    return drawn

@@ -108,11 +108,11 @@ def write(config: Config, file: Path) -> Printed:
         raise ConfigError(f"{file}: allowed: {', '.join(FORMATS)}")
     write_skin = write_3mf if suffix in MF3 else write_stl
     if suffix not in STEP and config.inlet is None:
-        found = surface(config)
-        write_skin(found.points, found.triangles, file)
+        shell = surface(config)
+        write_skin(shell.points, shell.triangles, file)
         return Printed(
-            found.volume_mm3,
-            _voids(Faces(found.points, found.triangles, np.zeros(len(found.triangles), np.int64))),
+            shell.volume_mm3,
+            _voids(Faces(shell.points, shell.triangles, np.zeros(len(shell.triangles), np.int64))),
         )
     shape, adapted = _drawn(config, suffix if config.inlet is None else "inlet"), config.adapted()
     with session(f"{file}", _OPTIONS):
@@ -247,27 +247,27 @@ def surface(config: Config) -> ClosedSurface:
     return ClosedSurface(skin.points, skin.triangles)
 
 
-def _drawn(config: Config, asked: str) -> BoxSolid | CylinderSolid:
+def _drawn(config: Config, wanted: str) -> BoxSolid | CylinderSolid:
     """The solid of a design as OpenCASCADE draws it, with no channel through the clamped face.
 
     Raises:
-        ConfigError: one line, naming what was ``asked`` for, if it is not made of boxes.
+        ConfigError: one line, naming what is ``wanted``, if it is not made of boxes.
     """
     adapted = config.adapted()
     without = ", ".join((*STL, *MF3)) + (" without [inlet]" if config.inlet else "")
     if adapted.mesh.file is not None:
-        raise ConfigError(f"{asked}: a mesh file has no boxes; allowed: {without}")
+        raise ConfigError(f"{wanted}: a mesh file has no boxes; allowed: {without}")
     if adapted.form is not None:
         raise ConfigError(
-            f"{asked}: [form] bends this design's faces, which are no boxes' any more; "
+            f"{wanted}: [form] bends this design's faces, which are no boxes' any more; "
             f"allowed: {without}, or a design without [form]"
         )
-    if asked in ("inlet", "--mould") and own(adapted.geometry) is not None:
+    if wanted in ("inlet", "--mould") and own(adapted.geometry) is not None:
         table = adapted.geometry_table
-        raise ConfigError(f"{asked}: allowed: without [{table}.override] and [{table}.along]")
+        raise ConfigError(f"{wanted}: allowed: without [{table}.override] and [{table}.along]")
     shape = morphed(adapted)
     if isinstance(shape, CylinderSolid) and (adapted.morph.xi1 or adapted.morph.xi2):
-        raise ConfigError(f"{asked}: [morph] flattens this design's cylinders; allowed: {without}")
+        raise ConfigError(f"{wanted}: [morph] flattens this design's cylinders; allowed: {without}")
     if config.inlet is None:
         return shape
     return morphed(adapted.changed(**{adapted.geometry_table: adapted.geometry.sealed}))
@@ -280,9 +280,9 @@ def _skin(solids: Solids) -> Faces:
     gmsh.model.setVisibility(solids, 1, recursive=True)
     gmsh.option.setNumber("Mesh.MeshOnlyVisible", 1)
     gmsh.model.mesh.generate(2)
-    found = triangulated([tag for _, tag in gmsh.model.getBoundary(solids, oriented=False)])
-    check_watertight(found.points, found.triangles)
-    return outward(found)
+    faces = triangulated([tag for _, tag in gmsh.model.getBoundary(solids, oriented=False)])
+    check_watertight(faces.points, faces.triangles)
+    return outward(faces)
 
 
 def _voids(skin: Faces) -> int:
@@ -298,18 +298,18 @@ def morphed(config: Config) -> BoxSolid | CylinderSolid:
     """
     moved = morph(config).moved
 
-    def box(each: Box) -> Box:
-        low, high = (float(x) for x in moved(np.array(each[0])))
-        return (low, high), *each[1:]
+    def box(bounds: Box) -> Box:
+        low, high = (float(x) for x in moved(np.array(bounds[0])))
+        return (low, high), *bounds[1:]
 
-    found = config.geometry.solid()
-    if not isinstance(found, BoxSolid):
-        return found
+    solid = config.geometry.solid()
+    if not isinstance(solid, BoxSolid):
+        return solid
     return replace(
-        found,
-        body=box(found.body),
-        cavity=[box(each) for each in found.cavity],
-        gaps=[box(each) for each in found.gaps],
+        solid,
+        body=box(solid.body),
+        cavity=[box(hollow) for hollow in solid.cavity],
+        gaps=[box(gap) for gap in solid.gaps],
     )
 
 

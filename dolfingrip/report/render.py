@@ -196,9 +196,9 @@ def draw_video(
             return [values[0] for _ in at]
         return list(PchipInterpolator(over, np.array(values, dtype=float))(at))
 
-    said = zip(*(between(table[each.name]) for each in channels), strict=True)
+    said = zip(*(between(table[channel.name]) for channel in channels), strict=True)
     labels = [
-        ", ".join(each.said(value) for each, value in zip(channels, values, strict=True))
+        ", ".join(channel.said(value) for channel, value in zip(channels, values, strict=True))
         for values in said
     ]
     height_px = video.POLICY.height_px
@@ -231,12 +231,12 @@ def _drawn(
     """Pictures of steps, or of what ``between`` makes of their displacements and colours."""
     if colour_by not in (*FIELDS, "none"):
         raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(FIELDS)}, none")
-    mesh, displacements, known = read_steps(files)
-    known[MOVED.name] = [np.linalg.norm(each, axis=1) for each in displacements]
-    known["none"] = [np.zeros(len(each)) for each in displacements]
-    if colour_by not in known:
-        raise ValueError(f"{files[0].parent}: no {colour_by}; allowed: {', '.join(known)}")
-    values, plane = known[colour_by], mid_plane(mesh.points)
+    mesh, displacements, by_name = read_steps(files)
+    by_name[MOVED.name] = [np.linalg.norm(step, axis=1) for step in displacements]
+    by_name["none"] = [np.zeros(len(step)) for step in displacements]
+    if colour_by not in by_name:
+        raise ValueError(f"{files[0].parent}: no {colour_by}; allowed: {', '.join(by_name)}")
+    values, plane = by_name[colour_by], mid_plane(mesh.points)
     if shown == "half" and mesh.points[:, 1].min() < plane:
         count = len(displacements)
         mesh, fields, _ = sawn(mesh, [*displacements, *values])

@@ -114,18 +114,18 @@ def draw_shapes(
     views, towards = view.turning(turn_deg, len(shapes)), view.axes[2]
     # in front of the finger's side, so that they are not hidden
     side, lift = skin.points[:, 1].min(), 2 * SIZES.lift_mm * towards
-    lines = [np.insert(each, 1, side, axis=1) + lift for each in beside.curves]
+    lines = [np.insert(curve, 1, side, axis=1) + lift for curve in beside.curves]
     food = [] if beside.food is None else [beside.food.points]
     blocks = (np.asarray(block.points) for block, _ in fixtures)
     still = np.concatenate([*blocks, *lines, *food])
-    seen = [np.concatenate([each, still]) for each in shapes]
+    seen = [np.concatenate([shape, still]) for shape in shapes]
     focuses, size_mm, far = framing(seen, views)
     width_mm, height_mm = size_mm + 2 * SIZES.margin_mm
     per_mm = height_px / height_mm
 
     with stage(int(np.ceil(width_mm * per_mm)), height_px) as plotter:
         painted = PaintedSkin(plotter, skin, values[0], colour_map, range_)
-        edges, creases = (segments_of(skin.points, each) for each in (skin.edges, skin.creases))
+        edges, creases = (segments_of(skin.points, pairs) for pairs in (skin.edges, skin.creases))
         plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
         plotter.add_mesh(creases, color=INK, line_width=2.2, opacity=0.85, lighting=False)
         for block, opacity in fixtures:
@@ -161,10 +161,10 @@ def framing(seen: Sequence[Floats], views: Sequence[View]) -> tuple[list[Floats]
     ends = np.array([[points.min(axis=0), points.max(axis=0)] for points in seen])
     low, high = ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)
     about = (low + high) / 2
-    flat = [(points - about) @ each.axes[:2].T for points, each in zip(seen, views, strict=True)]
-    least = np.min([each.min(axis=0) for each in flat], axis=0)
-    most = np.max([each.max(axis=0) for each in flat], axis=0)
-    focuses = [about + (least + most) / 2 @ each.axes[:2] for each in views]
+    flat = [(points - about) @ view.axes[:2].T for points, view in zip(seen, views, strict=True)]
+    least = np.min([plane.min(axis=0) for plane in flat], axis=0)
+    most = np.max([plane.max(axis=0) for plane in flat], axis=0)
+    focuses = [about + (least + most) / 2 @ view.axes[:2] for view in views]
     return focuses, most - least, 3 * float((high - low).max())
 
 

@@ -53,7 +53,7 @@ def draw_change(start: SolidMesh, best: SolidMesh, labels: Sequence[str], out: P
         images, per_mm = draw_shapes(
             skin,
             shapes,
-            [each[skin.node] for each in values],
+            [value[skin.node] for value in values],
             range_=range_,
             colour_map=colour_map("displacement"),
             view=view,
@@ -91,7 +91,7 @@ def draw_section(mesh: SolidMesh, start: SolidMesh, title: str, file: Path) -> b
     if not len(facets):
         return False
     facets = facets[:, : FACET_CORNERS[facets.shape[1]]]
-    before, now = (each.points[:, [2, 0]] for each in (start, mesh))
+    before, now = (shape.points[:, [2, 0]] for shape in (start, mesh))
     with figure_theme():
         both = np.concatenate([before[facets], now[facets]])
         low, high = both.min(axis=(0, 1)) - 2.0, both.max(axis=(0, 1)) + 2.0
@@ -132,14 +132,14 @@ def section_text(mesh: SolidMesh, width: int = 64) -> str:
         turn = edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0]
         solid |= (turn >= 0).all(axis=2) | (turn <= 0).all(axis=2)
     pairs = solid[::2].astype(int) + 2 * solid[1::2]
-    return "\n".join("".join(BLOCKS[each] for each in row) for row in pairs[::-1])
+    return "\n".join("".join(BLOCKS[pair] for pair in row) for row in pairs[::-1])
 
 
 def _rim(facets: Ints) -> Ints:
     """(k, 2) edges that one facet alone has."""
     edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=-1).reshape(-1, 2)
-    found, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
-    return np.asarray(found[count == 1])
+    distinct, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    return np.asarray(distinct[count == 1])
 
 
 def write_stl(mesh: SolidMesh, file: Path) -> None:

@@ -127,11 +127,11 @@ def titled(
         Pictures as of :func:`labelled`.
     """
     parts = [re.split(r"(-?[\d.]+)", text) for text in texts]
-    width = [max(map(len, each)) for each in zip_longest(*parts, fillvalue="")]
-    for each in parts:  # every second part is a number
-        numbers = zip(each[1::2], width[1::2], strict=False)
-        each[1::2] = [number.rjust(wide, FIGURE_SPACE) for number, wide in numbers]
-    still = ["".join(each) for each in parts]
+    width = [max(map(len, column)) for column in zip_longest(*parts, fillvalue="")]
+    for pieces in parts:  # every second part is a number
+        numbers = zip(pieces[1::2], width[1::2], strict=False)
+        pieces[1::2] = [number.rjust(wide, FIGURE_SPACE) for number, wide in numbers]
+    still = ["".join(pieces) for pieces in parts]
     widest = max(still, key=_font(size_px).getlength)
     return [labelled(i, text, size_px, widest) for i, text in zip(images, still, strict=True)]
 

@@ -98,18 +98,18 @@ def simulate(config: Config, folder: Path, pool: Pool, progress: Progress = sile
         ConfigError: one line, where the finger does not bend to its back, or has too few readings.
         Unfinished: the machine did not let some runs come to an end; the others are kept.
     """
-    asked, store = runs.prepared(config), folder / FOLDER
+    setup, store = runs.prepared(config), folder / FOLDER
     suction = config.experiment.min_pressure_kPa
-    alone = [runs.free_request(asked)]
+    alone = [runs.free_request(setup)]
     if suction < 0:
-        alone.append(runs.suction_request(asked, suction))
+        alone.append(runs.suction_request(setup, suction))
     free, *drawn = runs.simulated(alone, store, pool, progress)
     gaps = runs.gaps_mm(free, (*runs.FITTED_GAPS, *runs.TESTED_GAPS))
-    requests = [*(runs.blocked_request(asked, gap) for gap in gaps), runs.hanging_request(asked)]
+    requests = [*(runs.blocked_request(setup, gap) for gap in gaps), runs.hanging_request(setup)]
     loaded = runs.simulated(requests, store, pool, progress)
-    for each in drawn:
-        free = free.beside(each)
-    return Simulated(asked, free, loaded)
+    for run in drawn:
+        free = free.beside(run)
+    return Simulated(setup, free, loaded)
 
 
 def build(
@@ -132,8 +132,8 @@ def build(
     mesh, fitted = whole_solid(simulated.config), simulated.fitted
     chosen = [None] if accuracy is None else chains(fitted[0])
     nearest, least = None, np.inf
-    for number, each in enumerate(chosen, 1):
-        robot = _robot(fit(fitted, chosen=each), simulated, mesh, accuracy)
+    for number, candidate in enumerate(chosen, 1):
+        robot = _robot(fit(fitted, chosen=candidate), simulated, mesh, accuracy)
         excess = robot.file.excess
         if excess < least:
             nearest, least = robot, excess
@@ -142,28 +142,28 @@ def build(
             break
     assert nearest is not None
     first, *others = nearest.file.links
-    ends = [first.from_mm, first.to_mm, *(each.to_mm for each in others)]
+    ends = [first.from_mm, first.to_mm, *(link.to_mm for link in others)]
     return Built(nearest, skin(mesh, ends), number)
 
 
 def _robot(
-    found: Fitted, simulated: Simulated, mesh: SolidMesh, accuracy: Accuracy | None
+    fitted: Fitted, simulated: Simulated, mesh: SolidMesh, accuracy: Accuracy | None
 ) -> Robot:
     """The reduced model that a fitted chain makes, compared with what was not fitted."""
-    asked, free, loaded = simulated.config, simulated.free, simulated.loaded
-    joints = found.chain.joints_mm[:, 2]
+    config, free, loaded = simulated.config, simulated.free, simulated.loaded
+    joints = fitted.chain.joints_mm[:, 2]
     ends = [float(mesh.points[:, 2].min()), *joints.tolist(), float(mesh.points[:, 2].max())]
     levels = np.unique([*ends[:-1], *free.pressing_mm[:, 2]])  # corners of links, and the plate's
     file = RobotFile(
-        config=asked.model_dump(mode="json"),
-        links=links(mesh, asked, ends),
-        joints=tuple(_joints(found, DAMPING_S)),
+        config=config.model_dump(mode="json"),
+        links=links(mesh, config, ends),
+        joints=tuple(_joints(fitted, DAMPING_S)),
         tip_mm=tuple(free.tip_mm[0]),
         pressing_mm=tuple(map(tuple, free.back_points_mm(levels))),
         facing_plate=int((levels >= free.pressing_mm[0, 2] - 1e-9).sum()),
         plate_N_per_mm=POLICY.plate_N_per_mm,
         line_s=LINE_S,
-        shape_error_mm=found.shape_error_mm,
+        shape_error_mm=fitted.shape_error_mm,
         valid=Validity(
             pressure_kPa=(float(free.pressure_kPa[0]), float(free.pressure_kPa[-1])),
             force_N=float(max(run.force_N.max() for run in loaded)),
@@ -177,8 +177,8 @@ def _robot(
     )
     robot = Robot(file)
     found_out = {
-        "comparisons": tuple(each for run in simulated.tested for each in compare(robot, run)),
-        "joints": tuple(_joints(found, damping_s(asked, robot))),
+        "comparisons": tuple(error for run in simulated.tested for error in compare(robot, run)),
+        "joints": tuple(_joints(fitted, damping_s(config, robot))),
     }
     return Robot(file.model_copy(update=found_out))
 
@@ -209,16 +209,16 @@ def damping_s(config: Config, robot: Robot) -> dict[str, float]:
     return dict.fromkeys(DAMPING_S, float(modulus.imag / modulus.real / omega))
 
 
-def _joints(found: Fitted, damping_s: Mapping[str, float]) -> Iterator[Joint]:
+def _joints(fitted: Fitted, damping_s: Mapping[str, float]) -> Iterator[Joint]:
     """Joints with their coordinates, as the simulators have them."""
-    laws = found.laws.reshape(-1, len(COORDINATES), TERMS)
-    for number, (place, own) in enumerate(zip(found.chain.joints_mm, laws, strict=True), 1):
+    laws = fitted.laws.reshape(-1, len(COORDINATES), TERMS)
+    for number, (place, of_joint) in enumerate(zip(fitted.chain.joints_mm, laws, strict=True), 1):
         yield Joint(
             place_mm=tuple(place),
             coordinates=tuple(
                 JointCoordinate(name=f"{name}_{number}", kind=kind, axis=axis, law=tuple(law),
                                 damping_s=damping_s[name])
-                for (name, kind, axis), law in zip(COORDINATES, own, strict=True)
+                for (name, kind, axis), law in zip(COORDINATES, of_joint, strict=True)
             ),
         )  # fmt: skip
 
@@ -234,12 +234,12 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
         Each quantity.
     """
     p, gap, gravity = run.pressure_kPa, run.gap_mm, run.gravity_m_s2
-    found = robot.state(p, gap, gravity_m_s2=gravity)
+    state = robot.state(p, gap, gravity_m_s2=gravity)
     tip = robot.tip.rest_mm
     turned = np.stack([np.cos(run.turn_rad[:, -1]), np.sin(run.turn_rad[:, -1])], axis=1)
     theirs = run.place_mm[:, -1] + tip[0, 0] * turned
-    ours = robot.chain.places(found.w, robot.tip)[:, 0, [0, 2]]
-    way, moved = (np.linalg.norm(each - tip[0, [0, 2]], axis=1) for each in (theirs, ours))
+    ours = robot.chain.places(state.w, robot.tip)[:, 0, [0, 2]]
+    way, moved = (np.linalg.norm(place - tip[0, [0, 2]], axis=1) for place in (theirs, ours))
 
     def one(quantity: str, unit: str, fem: np.ndarray, chain: np.ndarray, error: np.ndarray,
             relative: float) -> QuantityError:  # fmt: skip
@@ -262,12 +262,12 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
         return one(quantity, unit, fem, chain, differing, float(np.abs(differing).max()) / most)
 
     rest_deg = robot.angle_deg(0.0, gap, gravity)
-    angle = np.degrees(found.w[:, robot.chain.bends].sum(axis=1)) - rest_deg
+    angle = np.degrees(state.w[:, robot.chain.bends].sum(axis=1)) - rest_deg
     yield by_largest("angle", "deg", np.degrees(run.angle_rad), angle)
     apart = np.linalg.norm(ours - theirs, axis=1)
     yield by_largest("tip path", "mm", way, moved, apart)
     if gap is not None:
-        yield by_largest("force on the plate", "N", run.force_N, found.forces_N)
+        yield by_largest("force on the plate", "N", run.force_N, state.forces_N)
     if not np.isfinite(run.stiffness_x).all():
         return
     stiff = robot.stiffness_N_per_mm(p)

@@ -121,8 +121,8 @@ class Chain:
         Args:
             rest_mm: (points, 3) places.
         """
-        rest = np.asarray(rest_mm, dtype=float)
-        return Points(rest, np.searchsorted(self.joints_mm[:, 2], rest[:, 2], side="right"))
+        at_rest = np.asarray(rest_mm, dtype=float)
+        return Points(at_rest, np.searchsorted(self.joints_mm[:, 2], at_rest[:, 2], side="right"))
 
     def frames(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return where the links are, and the axes of their joints.
@@ -136,17 +136,17 @@ class Chain:
         """
         centres = [np.zeros((*w.shape[:-1], 3))]
         turns = [np.broadcast_to(np.eye(3), (*w.shape[:-1], 3, 3))]
-        axes, each = [], iter(np.moveaxis(w, -1, 0))
+        axes, left = [], iter(np.moveaxis(w, -1, 0))
         for step in np.diff(self._rest_mm, axis=0):
             turn = turns[-1]
             centre = centres[-1] + turn @ step
             for _, kind, axis in COORDINATES:
                 axes.append(turn @ np.array(axis))
                 if kind == "slide":
-                    centre = centre + axes[-1] * next(each)[..., None]
+                    centre = centre + axes[-1] * next(left)[..., None]
                 else:
                     turn = (
-                        turn @ Rotation.from_rotvec(np.multiply.outer(next(each), axis)).as_matrix()
+                        turn @ Rotation.from_rotvec(np.multiply.outer(next(left), axis)).as_matrix()
                     )
             centres.append(centre)
             turns.append(turn)
@@ -172,8 +172,8 @@ class Chain:
         centres, _, axes = self.frames(w)
         arms = self.places(w, points)[..., :, None, :] - centres[..., None, self._joint, :]
         along = axes[..., None, :, :]
-        found = np.where(self.turning[:, None], np.cross(along, arms), along)
-        return np.where(self._moving(points), found, 0.0)
+        slopes = np.where(self.turning[:, None], np.cross(along, arms), along)
+        return np.where(self._moving(points), slopes, 0.0)
 
     def spins(self, w: np.ndarray, points: Points) -> np.ndarray:
         """Return derivatives of the turns of points' links, (…, points, coordinates, 3)."""
@@ -253,17 +253,17 @@ def equilibrium(
         p = pressures_kPa[:, None]
         a, b, c, d = laws.T
         inner = -((a + d * p) * p + 0.5 * (b * p + c) * w) * w
-        found = inner.sum(axis=1) + 0.5 * plates.stiffness_N_per_mm * (depth**2).sum(axis=1)
+        total = inner.sum(axis=1) + 0.5 * plates.stiffness_N_per_mm * (depth**2).sum(axis=1)
         if loads is not None:
-            found -= np.einsum("smk,mk->s", chain.places(w, loads.points), loads.forces_N)
-        return np.asarray(found)
+            total -= np.einsum("smk,mk->s", chain.places(w, loads.points), loads.forces_N)
+        return np.asarray(total)
 
     reach = np.where(chain.turning, 1.0, chain.joints_mm[-1, 2])
     w = start.copy()
     level = energy(w)
     for _ in range(_ITERATIONS):
-        found = _balance(chain, laws, pressures_kPa, plates, loads, w)
-        residual, stiffness = found[0], found[1].stiffness
+        balance = _balance(chain, laws, pressures_kPa, plates, loads, w)
+        residual, stiffness = balance[0], balance[1].stiffness
         if np.abs(residual).max() < _DONE_N:
             break
         values, vectors = np.linalg.eigh(stiffness)
@@ -281,7 +281,7 @@ def equilibrium(
             part[risen] *= 0.5
         w = w + part[:, None] * step
         level = energy(w)
-    return found[1]
+    return balance[1]
 
 
 def _balance(

@@ -32,10 +32,10 @@ class JointLaws:
     def __init__(self, file: Path | str) -> None:
         data = json.loads(Path(file).read_text(encoding="utf-8"))
         self.highest_kPa = data["valid"]["pressure_kPa"][1]
-        every = [each for joint in data["joints"] for each in joint["coordinates"]]
-        self.names = [each["name"] for each in every]
-        laws = np.array([each["law"] for each in every])
-        hinge = np.array([each["kind"] == "hinge" for each in every])
+        every = [coordinate for joint in data["joints"] for coordinate in joint["coordinates"]]
+        self.names = [coordinate["name"] for coordinate in every]
+        laws = np.array([coordinate["law"] for coordinate in every])
+        hinge = np.array([coordinate["kind"] == "hinge" for coordinate in every])
         # from N·mm to N·m of hinges, and from 1/mm to 1/m of slides
         self.laws = laws * np.where(hinge[:, None], 1e-3, [1.0, 1e3, 1e3, 1.0])
 

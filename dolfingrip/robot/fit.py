@@ -136,13 +136,13 @@ def chains(free: FingerRun) -> Iterator[tuple[Chain, float]]:
         The chain, and the root mean square error of its line (mm).
     """
     height = _height_mm(free)
-    rest, line = free.rest_line_mm(height), free.line_mm(height)
+    rest_line, line = free.rest_line_mm(height), free.line_mm(height)
     for number in range(1, MOST_JOINTS + 1):
         chain = _chain(free, number, height)
         ends = [free.levels_mm[0], *chain.joints_mm[:, 2], free.levels_mm[-1]]
         if number > 1 and np.diff(ends).min() < LEAST_LINK * free.length_mm:
             return
-        apart = chain.places(coordinates(chain, free), chain.fixed(rest)) - line
+        apart = chain.places(coordinates(chain, free), chain.fixed(rest_line)) - line
         yield chain, float(np.sqrt((apart**2).sum(axis=-1).mean()))
 
 
@@ -159,9 +159,9 @@ def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Cha
     free = runs[0]
     allowed = policy.shape_error * free.length_mm
     tried: list[tuple[Chain, float]] = []
-    for each in chains(free):
-        tried.append(each)
-        if each[1] <= allowed:
+    for candidate in chains(free):
+        tried.append(candidate)
+        if candidate[1] <= allowed:
             break
     # walls that swell move sections to and fro, which no chain follows
     near = max(allowed, policy.near_best * min(error for _, error in tried))
@@ -204,11 +204,11 @@ def _balanced(chain: Chain, states: _States, free: FingerRun, policy: ChainPolic
     w, p = states.near, states.pressure_kPa
     lever = chain.slopes(w, states.plates.points)[:, -1, :, 0]
     load = -lever * states.force_N[:, None]
-    known = terms(w, p)
+    basis = terms(w, p)
 
     def solved(rows: np.ndarray, columns: list[int], borne: np.ndarray) -> np.ndarray:
         scale = np.array([1e-2, 1e-2, 1.0, 1e-4])[columns]
-        matrix = known[:, rows][..., columns].reshape(-1, len(columns)) * scale
+        matrix = basis[:, rows][..., columns].reshape(-1, len(columns)) * scale
         return np.asarray(scale * np.linalg.lstsq(matrix, borne[:, rows].ravel(), rcond=None)[0])
 
     laws = np.zeros((chain.size, TERMS))
@@ -216,14 +216,14 @@ def _balanced(chain: Chain, states: _States, free: FingerRun, policy: ChainPolic
     def complete(rows: np.ndarray, stiffness: np.ndarray) -> None:
         """Set the coefficients of p w and w, and find the others."""
         laws[rows, 1:3] = stiffness
-        laws[rows[:, None], [0, 3]] = solved(rows, [0, 3], load - known[..., 1:3] @ stiffness)
+        laws[rows[:, None], [0, 3]] = solved(rows, [0, 3], load - basis[..., 1:3] @ stiffness)
 
     arms_mm2 = np.square(free.tip_mm[0, 2] - chain.joints_mm[:, 2]).sum()
     laws[chain.bends] = solved(chain.bends, [0, 1, 2, 3], load)
     if not (stiffnesses(laws[chain.bends], p) > 0).all():
         # plates press too little to tell a stiffness: the free tip's, if it bent alone
-        told = np.isfinite(free.stiffness_x)
-        line = np.polyfit(free.pressure_kPa[told], free.stiffness_x[told], 1)
+        finite = np.isfinite(free.stiffness_x)
+        line = np.polyfit(free.pressure_kPa[finite], free.stiffness_x[finite], 1)
         complete(chain.bends, -arms_mm2 * line)
     along = laws[chain.bends[0], 2] / (policy.gyration * free.depth_mm) ** 2
     complete(chain.of("slide"), np.array([0.0, along]))
@@ -246,10 +246,10 @@ class _Errors:
     def at(self, laws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Errors (states · errors) and derivatives (states · errors, coefficients)."""
         chain, states = self.chain, self.states
-        found = equilibrium(chain, laws, states.pressure_kPa, states.plates, states.near)
-        w, count = found.w, len(states.near)
+        state = equilibrium(chain, laws, states.pressure_kPa, states.plates, states.near)
+        w, count = state.w, len(states.near)
         moved = np.einsum(
-            "sij,sjk->sijk", np.linalg.inv(found.stiffness), terms(w, states.pressure_kPa)
+            "sij,sjk->sijk", np.linalg.inv(state.stiffness), terms(w, states.pressure_kPa)
         ).reshape(count, chain.size, -1)
         apart = chain.places(w, self.line) - states.line_mm
         turned = np.degrees(w[:, chain.bends].sum(axis=1)) - states.angle_deg
@@ -258,14 +258,14 @@ class _Errors:
         errors = (
             apart.reshape(count, -1) / self.place,
             turned[:, None] / self.angle,
-            (found.forces_N - states.force_N)[:, None] / self.force,
+            (state.forces_N - states.force_N)[:, None] / self.force,
             np.where(wanted > 0, softness * wanted - 1, 0.0) / self.stiff,
         )
         slopes = np.swapaxes(chain.slopes(w, self.line), 2, 3).reshape(count, -1, chain.size)
         derived = (
             slopes @ moved / self.place,
             np.degrees(moved[:, chain.bends].sum(axis=1))[:, None] / self.angle,
-            (found.pressing[:, None] @ moved) / self.force,
+            (state.pressing[:, None] @ moved) / self.force,
             wanted[..., None] * by_law / self.stiff,
         )
         together = np.concatenate(derived, axis=1)
@@ -275,9 +275,9 @@ class _Errors:
         """Largest relative error of the tip's stiffnesses."""
         chain, states = self.chain, self.states
         p = states.pressure_kPa
-        found = equilibrium(chain, laws, p, states.plates, states.near)
+        state = equilibrium(chain, laws, p, states.plates, states.near)
         wanted = np.nan_to_num(states.stiffness)
-        ours = 1 / softness(chain, laws, found.w, self.tip, p)
+        ours = 1 / softness(chain, laws, state.w, self.tip, p)
         return float(np.abs(ours[wanted > 0] / wanted[wanted > 0] - 1).max(initial=0.0))
 
     def _softness(

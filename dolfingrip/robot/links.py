@@ -60,16 +60,16 @@ def links(mesh: SolidMesh, config: Config, ends_mm: Sequence[float]) -> tuple[Li
     masses = (weights[:, None] * jacobians * density / MM3_PER_M3).ravel()
     outer = np.unique(_outer(mesh))
     surface = mesh.points[outer]
-    found = []
+    pieces = []
     for start, end in itertools.pairwise(ends_mm):
-        own = (places[:, 2] >= start) & (places[:, 2] < end)
-        mass, x = masses[own], places[own]
+        inside = (places[:, 2] >= start) & (places[:, 2] < end)
+        mass, x = masses[inside], places[inside]
         centre = mass @ x / mass.sum()
         second = np.einsum("n,ni,nj->ij", mass, x - centre, x - centre)
         inertia = np.trace(second) * np.eye(3) - second
         reach = 0.02 * (ends_mm[-1] - ends_mm[0])
         near = (surface[:, 2] >= start - reach) & (surface[:, 2] <= end + reach)
-        found.append(
+        pieces.append(
             Link(
                 mass_kg=float(mass.sum()),
                 centre_mm=tuple(centre),
@@ -79,7 +79,7 @@ def links(mesh: SolidMesh, config: Config, ends_mm: Sequence[float]) -> tuple[Li
                 to_mm=float(end),
             )
         )
-    return tuple(found)
+    return tuple(pieces)
 
 
 def _outer(mesh: SolidMesh) -> np.ndarray:
@@ -97,12 +97,12 @@ def _outer(mesh: SolidMesh) -> np.ndarray:
 def _outline(points: np.ndarray) -> tuple[tuple[float, float], ...]:
     """Corners of the convex outline, without those that hardly change its area."""
     corners = points[ConvexHull(points).vertices]
-    whole = ConvexHull(points).volume
+    area = ConvexHull(points).volume
     while len(corners) > 4:
         before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
         one, other = corners - before, after - before
         areas = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]) / 2
-        if areas.min() > EVEN * whole:
+        if areas.min() > EVEN * area:
             break
         corners = np.delete(corners, areas.argmin(), axis=0)
     return tuple((float(x), float(y)) for x, y in corners)

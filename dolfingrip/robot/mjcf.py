@@ -114,8 +114,8 @@ class _Model:
     def section(self, name: str) -> Element:
         if not name:
             return self.root
-        found = self.root.find(name)
-        return SubElement(self.root, name) if found is None else found
+        child = self.root.find(name)
+        return SubElement(self.root, name) if child is None else child
 
     def add(self, section: str, tag: str, **attributes: Any) -> Element:
         return add(self.section(section), tag, **attributes)
@@ -191,11 +191,9 @@ def _finger(
         if number:
             step = (origin - origins[number - 1]) * M_PER_MM
             body = add(body, "body", name=f"{prefix}link_{number}", pos=step)
-            for each in robot.joints[number - 1].coordinates:
-                joint = add(
-                    body, "joint", name=f"{prefix}{each.name}", type=each.kind, axis=each.axis
-                )
-                _springs(model, joint, robot, each)
+            for dof in robot.joints[number - 1].coordinates:
+                joint = add(body, "joint", name=f"{prefix}{dof.name}", type=dof.kind, axis=dof.axis)
+                _springs(model, joint, robot, dof)
         add(
             body, "inertial", pos=(np.array(link.centre_mm) - origin) * M_PER_MM,
             mass=link.mass_kg, fullinertia=np.array(link.inertia_kg_mm2) * M_PER_MM**2,
@@ -209,8 +207,8 @@ def _finger(
     )  # fmt: skip
 
     def placed(points: np.ndarray) -> np.ndarray:
-        found: np.ndarray = (points @ stand.rotation.T + stand.origin_mm) * M_PER_MM
-        return found
+        places_m: np.ndarray = (points @ stand.rotation.T + stand.origin_mm) * M_PER_MM
+        return places_m
 
     drawn = model.add(
         "deformable", "skin", name=f"{prefix}skin", rgba=(0.85, 0.45, 0.2, 1),
@@ -241,7 +239,7 @@ def finger(robot: RobotFile, skin: BoundSkin, friction: float) -> str:
     height = 1.2 * robot.tip_mm[2]
     stand = Stand("finger", np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, height]))
     _finger(model, model.section("worldbody"), robot, skin, stand, "", 1, friction)
-    least = min(_damping_s(each) for joint in robot.joints for each in joint.coordinates)
+    least = min(_damping_s(dof) for joint in robot.joints for dof in joint.coordinates)
     return _STEPS.format(largest_ms=2e3 * least) + model.text()
 
 

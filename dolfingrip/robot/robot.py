@@ -33,7 +33,7 @@ class Robot:
     def __init__(self, file: RobotFile) -> None:
         self.file = file
         self.chain = Chain(np.array([joint.place_mm for joint in file.joints]))
-        self.laws = np.array([each.law for joint in file.joints for each in joint.coordinates])
+        self.laws = np.array([c.law for joint in file.joints for c in joint.coordinates])
         self.tip = self.chain.fixed(np.array([file.tip_mm]))
         centres = np.array([link.centre_mm for link in file.links])
         self._centres = Points(centres, np.arange(len(centres)))
@@ -58,15 +58,15 @@ class Robot:
         return np.linspace(*self.file.valid.pressure_kPa, TRIED)
 
     def state(
-        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None, *, whole: bool = False,
-        gravity_m_s2: Sequence[float] = WEIGHTLESS,
+        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None, *,
+        full_back: bool = False, gravity_m_s2: Sequence[float] = WEIGHTLESS,
     ) -> Equilibrium:  # fmt: skip
         """Find the chain's equilibrium.
 
         Args:
             pressure_kPa: one, or (states,) that are reached one from another.
             gap_mm: of a plate before the straight finger's back; None: it is free.
-            whole: whether the plate faces the whole back, as food does, and not its last part.
+            full_back: whether the plate faces the whole back, as food does, and not its last part.
             gravity_m_s2: acceleration along x, y, z; z is from clamp to tip.
 
         Returns:
@@ -74,7 +74,7 @@ class Robot:
         """
         p = np.atleast_1d(np.asarray(pressure_kPa, dtype=float))
         back = np.array(self.file.pressing_mm)
-        points = self.chain.fixed(back if whole else back[-self.file.facing_plate :])
+        points = self.chain.fixed(back if full_back else back[-self.file.facing_plate :])
         plate = -np.inf if gap_mm is None else back[-1, 0] - gap_mm
         plates = Plates(np.full(len(p), plate), points, self.file.plate_N_per_mm)
         start = np.zeros((len(p), self.chain.size))
@@ -114,19 +114,19 @@ class Robot:
         return np.asarray((self.chain.places(w, self.tip)[:, 0] - self.tip.rest_mm[0])[:, [0, 2]])
 
     def force_N(
-        self, pressure_kPa: np.ndarray | float, gap_mm: float, *, whole: bool = False
+        self, pressure_kPa: np.ndarray | float, gap_mm: float, *, full_back: bool = False
     ) -> np.ndarray:
         """Return the force on a plate.
 
         Args:
             pressure_kPa: one, or (states,).
             gap_mm: of the plate.
-            whole: whether it faces the whole back.
+            full_back: whether it faces the whole back.
 
         Returns:
             (states,) in N.
         """
-        return self.state(pressure_kPa, gap_mm, whole=whole).forces_N
+        return self.state(pressure_kPa, gap_mm, full_back=full_back).forces_N
 
     def stiffness_N_per_mm(self, pressure_kPa: np.ndarray | float) -> np.ndarray:
         """Return the stiffness of the free tip.
@@ -149,16 +149,16 @@ class Robot:
         Returns:
             (coordinates,) from the lowest on.
         """
-        found, file, own = self.state(pressure_kPa), self.file, self._centres
-        slopes, spins = self.chain.slopes(found.w, own)[0], self.chain.spins(found.w, own)[0]
-        _, turns, _ = self.chain.frames(found.w[0])
+        state, file, at = self.state(pressure_kPa), self.file, self._centres
+        slopes, spins = self.chain.slopes(state.w, at)[0], self.chain.spins(state.w, at)[0]
+        _, turns, _ = self.chain.frames(state.w[0])
         mass = np.zeros((self.chain.size,) * 2)
         for link, slope, spin, turn in zip(file.links, slopes, spins, turns, strict=True):
             xx, yy, zz, xy, xz, yz = link.inertia_kg_mm2
             inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
             mass += link.mass_kg * slope @ slope.T + spin @ inertia @ spin.T
         # N/mm by kg are 1000/s²
-        squares = eigh(1e3 * found.stiffness[0], mass, eigvals_only=True)
+        squares = eigh(1e3 * state.stiffness[0], mass, eigvals_only=True)
         return np.asarray(np.sqrt(squares) / (2 * np.pi))
 
     def pressure_for(
@@ -185,20 +185,20 @@ class Robot:
             ConfigError: one line, where not one of the three is given, the plate cuts the straight
                 finger, or no pressure that the chain was fitted to reaches what is asked for.
         """
-        asked = {"angle_deg": angle_deg, "tip_force_N": tip_force_N, "squeeze_N": squeeze_N}
-        given = {key: value for key, value in asked.items() if value is not None}
+        targets = {"angle_deg": angle_deg, "tip_force_N": tip_force_N, "squeeze_N": squeeze_N}
+        given = {key: value for key, value in targets.items() if value is not None}
         if len(given) != 1:
-            raise ConfigError(f"pressure_for: allowed: one of {', '.join(asked)}")
+            raise ConfigError(f"pressure_for: allowed: one of {', '.join(targets)}")
         ((key, wanted),) = given.items()
         gap = gap_mm or 0.0
         if not gap >= 0:
             raise ConfigError(f"gap_mm = {gap:g}: allowed: 0 mm or more")
-        found: dict[str, Callable[[np.ndarray | float], np.ndarray]] = {
+        curves: dict[str, Callable[[np.ndarray | float], np.ndarray]] = {
             "angle_deg": lambda p: self.angle_deg(p, gap_mm),
             "tip_force_N": lambda p: self.force_N(p, gap),
-            "squeeze_N": lambda p: self.force_N(p, gap, whole=True),
+            "squeeze_N": lambda p: self.force_N(p, gap, full_back=True),
         }
-        at, p = found[key], self._pressures_kPa
+        at, p = curves[key], self._pressures_kPa
         reached = at(p)
         over = reached - wanted
         above = np.flatnonzero(over >= 0)

@@ -136,7 +136,7 @@ class FingerRun:
     def beside(self, suction: FingerRun) -> FingerRun:
         """Return the run from the highest suction over rest to the highest pressure."""
         drawn = suction.at(np.arange(len(suction.pressure_kPa))[:0:-1])  # rest is in both
-        rows = {each: np.concatenate([getattr(drawn, each), getattr(self, each)]) for each in _ROWS}
+        rows = {name: np.concatenate([getattr(drawn, name), getattr(self, name)]) for name in _ROWS}
         failure, wall_s = suction.failure or self.failure, suction.wall_s + self.wall_s
         return replace(self, **rows, failure=failure, wall_s=wall_s)
 
@@ -254,12 +254,12 @@ def simulated(
     """
     jobs = [
         Job(
-            content_key({"format": FORMAT, "request": each.content()}),
+            content_key({"format": FORMAT, "request": r.content()}),
             FUNCTION,
-            {"request": each.plain()},
-            {"experiment": each.experiment.name, "gap_mm": each.config.plate.gap_mm},
+            {"request": r.plain()},
+            {"experiment": r.experiment.name, "gap_mm": r.config.plate.gap_mm},
         )
-        for each in requests
+        for r in requests
     ]
     run(jobs, folder, pool, same(function=FUNCTION), progress=progress)
     with Store(folder) as store:
@@ -276,7 +276,7 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
             f"{request.experiment.command}: {stops} readings{': ' if failure else ''}{failure}; "
             f"a chain needs {LEAST_STOPS}"
         )
-    columns = {name: np.array(each, float) for name, each in data["columns"].items()}
+    columns = {name: np.array(values, float) for name, values in data["columns"].items()}
     blocked, gravity = request.experiment.name == "blocked_force", request.config.gravity
     nothing = np.full(stops, np.nan)
     return FingerRun(
@@ -295,7 +295,7 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
         depth_mm=data["depth_mm"],
         wall_s=row["wall_s"] or 0.0,
         failure=failure,
-        gravity_m_s2=tuple(gravity.acceleration_m_s2 * each for each in gravity.direction),
+        gravity_m_s2=tuple(gravity.acceleration_m_s2 * part for part in gravity.direction),
     )
 
 
@@ -312,12 +312,12 @@ def perform(request: Data) -> Data:
         JobFailure: where the model did not come to the end; with what was read before.
     """
     with tempfile.TemporaryDirectory() as folder:
-        asked = replace(Request.from_plain(request), fields=Path(folder))
-        answer = compute(asked)
-        found = {"columns": answer.plain()["columns"], **_followed(Path(folder), answer)}
+        with_fields = replace(Request.from_plain(request), fields=Path(folder))
+        answer = compute(with_fields)
+        readings = {"columns": answer.plain()["columns"], **_followed(Path(folder), answer)}
     if answer.failure_class is not None:
-        raise JobFailure(answer.failure_class, answer.failure or "", found)
-    return found
+        raise JobFailure(answer.failure_class, answer.failure or "", readings)
+    return readings
 
 
 def _followed(folder: Path, answer: Answer) -> Data:
@@ -330,34 +330,34 @@ def _followed(folder: Path, answer: Answer) -> Data:
     for stop in range(stops):
         reader.set_active_time_point(stop)
         steps.append(reader.read()[0])
-    rest = np.asarray(steps[0].points)
-    return sections(rest, rest + np.array([each["displacement_mm"] for each in steps]))
+    rest_mm = np.asarray(steps[0].points)
+    return sections(rest_mm, rest_mm + np.array([step["displacement_mm"] for step in steps]))
 
 
-def sections(rest: np.ndarray, moved: np.ndarray) -> Data:
+def sections(rest_mm: np.ndarray, moved: np.ndarray) -> Data:
     """Follow a finger's sections: the motions nearest to those of the nodes around them.
 
     A section moves as a rigid body and swells evenly along x. Its place is that of a rigid body at
     the finger's back, which plates and food touch.
 
     Args:
-        rest: (nodes, 3) places at rest (mm).
+        rest_mm: (nodes, 3) places at rest (mm).
         moved: (stops, nodes, 3) present places (mm).
 
     Returns:
         Attributes of a :class:`FingerRun`, as lists.
     """
-    (x0, _, z0), (x1, _, z1) = rest.min(axis=0), rest.max(axis=0)
+    (x0, _, z0), (x1, _, z1) = rest_mm.min(axis=0), rest_mm.max(axis=0)
     levels = np.linspace(z0, z1, SECTIONS)
     back, places, turns = [], [], []
     for level in levels:
-        apart = np.abs(rest[:, 2] - level)
+        apart = np.abs(rest_mm[:, 2] - level)
         least = np.partition(apart, _FEWEST)[_FEWEST] + 1e-6 * (z1 - z0)
         window = max(WINDOW * (z1 - z0), least)
-        own = np.flatnonzero(apart <= max(min(window, level - z0, z1 - level), least))
-        back.append(float(rest[apart <= window, 0].min()))
+        near = np.flatnonzero(apart <= max(min(window, level - z0, z1 - level), least))
+        back.append(float(rest_mm[apart <= window, 0].min()))
         # x + i z
-        before, after = (each[..., own, 0] + 1j * each[..., own, 2] for each in (rest, moved))
+        before, after = (xyz[..., near, 0] + 1j * xyz[..., near, 2] for xyz in (rest_mm, moved))
         middle, middles = before.mean(), after.mean(axis=-1)
         spin = ((after - middles[:, None]) * (before - middle).conj()).sum(axis=-1)
         spin /= np.abs(spin)
@@ -368,7 +368,7 @@ def sections(rest: np.ndarray, moved: np.ndarray) -> Data:
         place = middles + spin * (1j * level - middle + outwards)
         places.append(np.stack([place.real, place.imag], axis=-1))
         turns.append(np.unwrap(np.angle(spin)))
-    tip = rest[rest[:, 2] > z1 - 1e-6 * (z1 - z0), 0]
+    tip = rest_mm[rest_mm[:, 2] > z1 - 1e-6 * (z1 - z0), 0]
     return {
         "levels_mm": levels.tolist(),
         "back_mm": back,

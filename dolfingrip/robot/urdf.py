@@ -33,7 +33,7 @@ def _massive(root: Element, name: str, link: Link, origin: np.ndarray, part: flo
     add(inertial, "origin", xyz=(np.array(link.centre_mm) - origin) * M_PER_MM)
     add(inertial, "mass", value=part * link.mass_kg)
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    values = [part * each * M_PER_MM**2 for each in link.inertia_kg_mm2]
+    values = [part * moment * M_PER_MM**2 for moment in link.inertia_kg_mm2]
     add(inertial, "inertia", **dict(zip(names, values, strict=True)))
     return made
 
@@ -64,17 +64,17 @@ def finger(robot: RobotFile) -> str:
     origin: np.ndarray = np.zeros(3)
     for number, (joint, link) in enumerate(zip(robot.joints, robot.links[1:], strict=True), 1):
         place: np.ndarray = np.array(joint.place_mm)
-        between = [f"link_{number}_{each.name}" for each in joint.coordinates[:-1]]
+        between = [f"link_{number}_{coordinate.name}" for coordinate in joint.coordinates[:-1]]
         chained = itertools.pairwise([above, *between, f"link_{number}"])
-        for each, (first, name) in zip(joint.coordinates, chained, strict=True):
-            made = add(root, "joint", name=each.name, type=KINDS[each.kind])
+        for coordinate, (first, name) in zip(joint.coordinates, chained, strict=True):
+            made = add(root, "joint", name=coordinate.name, type=KINDS[coordinate.kind])
             add(made, "parent", link=first)
             add(made, "child", link=name)
             add(made, "origin", xyz=(place - origin) * M_PER_MM)
-            add(made, "axis", xyz=each.axis)
-            reach = REACH[each.kind]
+            add(made, "axis", xyz=coordinate.axis)
+            reach = REACH[coordinate.kind]
             add(made, "limit", lower=-reach, upper=reach, effort=1000, velocity=1000)
-            add(made, "dynamics", damping=damping(robot, each), friction=0)
+            add(made, "dynamics", damping=damping(robot, coordinate), friction=0)
             origin = place
         for name in between:  # only there as URDF's joints have one coordinate each
             _massive(root, name, link, place, BETWEEN)

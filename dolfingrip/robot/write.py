@@ -86,8 +86,8 @@ def write(
         speed = config.gripper.lift_mm_per_s
         texts["gripper.xml"] = mjcf.gripper(file, skin, stands, friction, speed)
         texts["scene.xml"] = mjcf.scene(config.food, body, "gripper.xml")
-    found = [file.model_copy(update={"speed": measured_speed(texts["finger.xml"])}).write(out)]
+    files = [file.model_copy(update={"speed": measured_speed(texts["finger.xml"])}).write(out)]
     for name, text in texts.items():
         whole.write(out / name, text)
-        found.append(out / name)
-    return found
+        files.append(out / name)
+    return files

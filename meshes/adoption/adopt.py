@@ -76,12 +76,12 @@ class AdoptedPart:
         return float(centroid(self.mesh)[0])
 
 
-def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> AdoptedPart:
+def adopt(path: Path, hints: Asked, wanted: MeshRequest, scale: float = 1.0) -> AdoptedPart:
     """Adopt a part.
 
     Args:
         path: CAD file, triangles or mesh.
-        asked: corrections of what is taken for what.
+        hints: corrections of what is taken for what.
         wanted: size and order of elements.
         scale: mm for each unit of length of the file.
 
@@ -100,24 +100,24 @@ def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
     else:
         raise MeshError(f"{path}: unknown format; allowed: {', '.join((*CAD, *SURFACES, *MESHES))}")
     try:
-        for file in asked.cavity_files:
+        for file in hints.cavity_files:
             if not file.is_file():
                 raise MeshError(f"--cavity {file}: no such file")
         if suffix in CAD:
             require_bearable(path)
-        walls = [triangles_of(file, scale)[0] for file in asked.cavity_files]
-        asked = replace(asked, cavities=[*asked.cavities, *walls])
-        mesh, roles, measured = make(path, asked, wanted, scale)
+        walls = [triangles_of(file, scale)[0] for file in hints.cavity_files]
+        hints = replace(hints, cavities=[*hints.cavities, *walls])
+        mesh, roles, measured = make(path, hints, wanted, scale)
         quality = check(mesh)
         warnings = judge(mesh, quality, ADVICE.get(suffix, ANOTHER_SIZE))
-        found = AdoptedPart(mesh, quality, warnings, roles, measured)
-        return replace(found, warnings=(*doubted(float(found.size_mm[2]), scale), *warnings))
+        part = AdoptedPart(mesh, quality, warnings, roles, measured)
+        return replace(part, warnings=(*doubted(float(part.size_mm[2]), scale), *warnings))
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
 
 def adopt_mesh(
-    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+    path: Path, hints: Asked, wanted: MeshRequest, scale: float
 ) -> tuple[SolidMesh, Roles, WallSizes]:
     """A file's mesh in the finger's frame, with groups where it has none.
 
@@ -129,7 +129,7 @@ def adopt_mesh(
     mesh = files.read(path, needed=())
     mesh = replace(mesh, points=mesh.points * scale)
     held: np.ndarray = np.zeros(len(mesh.points), dtype=bool)
-    for region in asked.held:
+    for region in hints.held:
         mesh, held = _released(mesh, region, held)
     outer = faces(mesh.cells)[boundary(mesh.cells)]
     corners = mesh.shape.facet_corners
@@ -139,13 +139,13 @@ def adopt_mesh(
     used, local = np.unique(triangles, return_inverse=True)
     surface = Faces(mesh.points[used], local.reshape(-1, 3).astype(np.int64), of)
     surface = replace(surface, face=segmented(surface.points, surface.triangles, surface.policy))
-    known = _known(mesh, outer, of)
-    if asked.held:
-        known[groups.CLAMP] = np.asarray(np.isin(outer, np.flatnonzero(held)).all(axis=1))[of]
-    walls = [triangles_of(file, scale) for file in asked.cavity_files]
-    for name, each in zip(groups.cavity_names(len(walls)), walls, strict=True):
-        known[name] = _on_walls(surface, *each) & ~known.get(groups.CLAMP, np.zeros(len(of), bool))
-    roles = assign(surface, replace(asked, whole=True), known)
+    masks = _known(mesh, outer, of)
+    if hints.held:
+        masks[groups.CLAMP] = np.asarray(np.isin(outer, np.flatnonzero(held)).all(axis=1))[of]
+    walls = [triangles_of(file, scale) for file in hints.cavity_files]
+    for name, wall in zip(groups.cavity_names(len(walls)), walls, strict=True):
+        masks[name] = _on_walls(surface, *wall) & ~masks.get(groups.CLAMP, np.zeros(len(of), bool))
+    roles = assign(surface, replace(hints, whole=True), masks)
     if roles.caps:
         raise MeshError(
             f"an opening at {place(roles.caps[0].centre_mm)} is away from the clamp; allowed: "
@@ -158,8 +158,8 @@ def adopt_mesh(
     points = (mesh.points - roles.origin_mm) @ roles.rotation.T
     roles.said["symmetry"] = "a mesh is taken as it is, whole"
     size = float(np.median(edge_lengths(mesh)))
-    found = replace(measured(roles, MeshRequest()), size_mm=size)
-    return in_frame(replace(mesh, points=points, facets=facets), roles), roles, found
+    sizes = replace(measured(roles, MeshRequest()), size_mm=size)
+    return in_frame(replace(mesh, points=points, facets=facets), roles), roles, sizes
 
 
 def _released(mesh: SolidMesh, region: Box | str, held: np.ndarray) -> tuple[SolidMesh, np.ndarray]:
@@ -179,8 +179,8 @@ def _released(mesh: SolidMesh, region: Box | str, held: np.ndarray) -> tuple[Sol
         gone: np.ndarray = np.asarray(inside[mesh.cells].all(axis=1))
     elif isinstance(region, str):
         if region not in mesh.regions:
-            known = ", ".join([*mesh.regions, *mesh.facets]) or "X,Y,Z,X,Y,Z"
-            raise MeshError(f"--clamp-region {region}: no such region; allowed: {known}")
+            allowed = ", ".join([*mesh.regions, *mesh.facets]) or "X,Y,Z,X,Y,Z"
+            raise MeshError(f"--clamp-region {region}: no such region; allowed: {allowed}")
         gone = np.zeros(len(mesh.cells), dtype=bool)
         gone[mesh.regions[region]] = True
         inside = np.isin(np.arange(len(mesh.points)), mesh.cells[gone])
@@ -226,9 +226,9 @@ def _on_walls(surface: Faces, points: Floats, triangles: Ints) -> np.ndarray:
 
 def _known(mesh: SolidMesh, outer: np.ndarray, of: np.ndarray) -> dict[str, np.ndarray]:
     """(m,) triangles of each group that the file has and that needs no guess."""
-    found = {}
+    masks = {}
     for name, facets in mesh.facets.items():
         if name not in (groups.SKIN, groups.SYMMETRY) and len(facets):
             label = labels(np.concatenate([outer, facets]))
-            found[name] = np.isin(label[: len(outer)], label[len(outer) :])[of]
-    return found
+            masks[name] = np.isin(label[: len(outer)], label[len(outer) :])[of]
+    return masks

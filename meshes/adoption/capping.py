@@ -50,9 +50,9 @@ def capped(roles: Roles, cap_mm: float, policy: CapPolicy = CapPolicy()) -> Role
     thinnest = cap_mm
     for opening in roles.caps:
         for share in policy.thickness:
-            found = _closed(roles, opening, share * cap_mm, policy)
-            if found is not None:
-                roles, thinnest = found, min(thinnest, share * cap_mm)
+            closed = _closed(roles, opening, share * cap_mm, policy)
+            if closed is not None:
+                roles, thinnest = closed, min(thinnest, share * cap_mm)
                 break
         else:
             raise MeshError(
@@ -72,10 +72,10 @@ def _closed(roles: Roles, opening: Opening, cap_mm: float, policy: CapPolicy) ->
     normal = roles.rotation @ opening.normal
     height = surface.points @ normal
     cavity = roles.groups[_beyond(surface, opening)]
-    found = _passage(surface, roles.groups == cavity, opening, height, cap_mm, policy)
-    if found is None:
+    passage = _passage(surface, roles.groups == cavity, opening, height, cap_mm, policy)
+    if passage is None:
         return None
-    rows, height = found
+    rows, height = passage
     points, below, cut = _cut_off(surface, rows, height)
     kept = np.setdiff1d(np.arange(len(surface.triangles)), rows)
     parts = [
@@ -83,9 +83,9 @@ def _closed(roles: Roles, opening: Opening, cap_mm: float, policy: CapPolicy) ->
         (below.triangles, below.face, np.full(len(below.face), cavity)),
     ]
     new = len(surface.face_areas)
-    own = roles.groups[surface.face == opening.face][0]
+    outside = roles.groups[surface.face == opening.face][0]
     sides = (
-        (opening.rim, opening.face if opening.flat else new, own, normal),
+        (opening.rim, opening.face if opening.flat else new, outside, normal),
         (cut, new + 1, cavity, -normal),
     )
     for edges, face, group, way in sides:
@@ -98,7 +98,7 @@ def _closed(roles: Roles, opening: Opening, cap_mm: float, policy: CapPolicy) ->
         if area > policy.widens * opening.area_mm2:
             return None
         parts.append((triangles, np.full(len(triangles), face), np.full(len(triangles), group)))
-    triangles, face, groups = (np.concatenate(each) for each in zip(*parts, strict=True))
+    triangles, face, groups = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     return replace(
         roles,
         surface=replace(surface, points=points, triangles=triangles, face=face),

@@ -43,12 +43,12 @@ def triangulated(surfaces: list[int]) -> Faces:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))
-    found, face = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
+    corners, face = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     for number, surface in enumerate(surfaces):
         nodes = gmsh.model.mesh.getElementsByType(2, surface)[1].astype(np.int64)
-        found.append(index[nodes].reshape(-1, 3))
-        face.append(np.full(len(found[-1]), number))
-    triangles, of = np.concatenate(found), np.concatenate(face)
+        corners.append(index[nodes].reshape(-1, 3))
+        face.append(np.full(len(corners[-1]), number))
+    triangles, of = np.concatenate(corners), np.concatenate(face)
     used, local = np.unique(triangles, return_inverse=True)
     points = coordinates.reshape(-1, 3)[used]
     return Faces(points, local.reshape(-1, 3).astype(np.int64), of)
@@ -63,19 +63,19 @@ def outward(surface: Faces) -> Faces:
     return replace(surface, triangles=consistent(surface.points, surface.triangles))
 
 
-def meshed(roles: Roles, found: WallSizes, wanted: MeshRequest, *, curved: bool) -> SolidMesh:
+def meshed(roles: Roles, sizes: WallSizes, wanted: MeshRequest, *, curved: bool) -> SolidMesh:
     """Mesh the current model, which is in the finger's frame, with its groups.
 
     Args:
         roles: what the part's faces are taken for.
-        found: size of the elements.
+        sizes: size of the elements.
         wanted: order of the elements.
         curved: whether faces can be curved.
     """
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", wanted.policy.curved if curved else 0.0)
-    close = found.size_mm > 1.01 * wanted.policy.by_wall * found.wall.mm
+    close = sizes.size_mm > 1.01 * wanted.policy.by_wall * sizes.wall.mm
     gmsh.option.setNumber("Mesh.Algorithm3D", HXT if close and not curved else DELAUNAY)
-    _generate(found.size_mm, wanted.policy)
+    _generate(sizes.size_mm, wanted.policy)
     order = wanted.order or (2 if curved and not roles.surface.plane.all() else 1)
     _add_groups(roles)
     if order == 2:
@@ -142,7 +142,7 @@ def _add_groups(roles: Roles) -> None:
             continue
         of = roles.groups[rows[mine]]
         votes = {name: float(part.areas[mine][of == name].sum()) for name in np.unique(of)}
-        name = max(votes, key=lambda each: votes[each])
+        name = max(votes, key=lambda group: votes[group])
         if roles.tip_from_mm is not None and name == groups.TIP:
             name = groups.SKIN
         names[name].append(tag)
@@ -153,11 +153,11 @@ def _add_groups(roles: Roles) -> None:
 def _of_cap(middle: Floats, roles: Roles) -> str:
     """Group of a cap's side: that of the face with the opening outside, the cavity's inside."""
     near = roles.surface.near_mm
-    found: list[tuple[float, str]] = []
+    sides: list[tuple[float, str]] = []
     for name, hollow in roles.named.items():
         for opening in hollow.openings:
             centre = roles.rotation @ (opening.centre_mm - roles.origin_mm)
             level = (middle - centre) @ (roles.rotation @ opening.normal)
-            own = roles.groups[roles.surface.face == opening.face][0]
-            found.append((float(np.linalg.norm(middle - centre)), own if level > -near else name))
-    return min(found)[1]
+            group = roles.groups[roles.surface.face == opening.face][0]
+            sides.append((float(np.linalg.norm(middle - centre)), group if level > -near else name))
+    return min(sides)[1]

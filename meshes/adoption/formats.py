@@ -128,12 +128,12 @@ def _of_3mf(path: Path) -> object:
     import pyvista as pv
 
     with package.opened(path) as packed:
-        names = [each for each in packed.namelist() if each.lower().endswith((".model", ".rels"))]
-        models = {f"/{each}": xml.parse(packed.read(each)) for each in names}
+        names = [file for file in packed.namelist() if file.lower().endswith((".model", ".rels"))]
+        models = {f"/{file}": xml.parse(packed.read(file)) for file in names}
     of_package = models.get("/_rels/.rels", ())
-    first = [each.get("Target", "") for each in of_package if each.get("Type", "").endswith(_FIRST)]
-    places = [f"/{each.lstrip('/')}" for each in first]
-    start = next(each for each in (*places, *models) if each in models and each.endswith(".model"))
+    first = [link.get("Target", "") for link in of_package if link.get("Type", "").endswith(_FIRST)]
+    places = [f"/{target.lstrip('/')}" for target in first]
+    start = next(file for file in (*places, *models) if file in models and file.endswith(".model"))
     objects = {(n, o.get("id")): o for n, m in models.items() for o in m.iter(f"{_CORE}object")}
     points: list[Floats] = [np.empty((0, 3))]
     triangles: list[Any] = [np.empty((0, 3), dtype=int)]
@@ -172,5 +172,5 @@ def _transform(element: Element) -> tuple[Floats, Floats]:
     numbers = element.get("transform")
     if numbers is None:
         return np.eye(3), np.zeros(3)
-    found = np.array(numbers.split(), dtype=float).reshape(4, 3)
-    return found[:3], found[3]
+    matrix = np.array(numbers.split(), dtype=float).reshape(4, 3)
+    return matrix[:3], matrix[3]

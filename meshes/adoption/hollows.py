@@ -72,9 +72,9 @@ def hollows(surface: Faces, held: int = -1) -> tuple[list[Hollow], Ints]:
     if len(outer) != 1:
         raise MeshError(f"falls into {len(outer)} parts; allowed: one solid")
     inner = np.flatnonzero(volume <= 0)
-    found = [closed_hollow(surface, np.flatnonzero(shell == i)) for i in inner]
-    found += _pockets(surface, shell == outer[0], held)
-    return sorted(found, key=lambda each: -each.volume_mm3), shell
+    voids = [closed_hollow(surface, np.flatnonzero(shell == i)) for i in inner]
+    voids += _pockets(surface, shell == outer[0], held)
+    return sorted(voids, key=lambda void: -void.volume_mm3), shell
 
 
 def _pockets(surface: Faces, outer: np.ndarray, held: int) -> list[Hollow]:
@@ -95,19 +95,19 @@ def _pockets(surface: Faces, outer: np.ndarray, held: int) -> list[Hollow]:
     # chambers of one cavity are joined by rims, too
     links = part[at[cut]]
     inner = links[~outside[links].any(axis=1)]
-    whole = parts_of(inner, len(outside))
-    found = []
-    for number in np.unique(whole[part[outer]]):
-        if outside[whole == number].any():
+    joined = parts_of(inner, len(outside))
+    voids = []
+    for number in np.unique(joined[part[outer]]):
+        if outside[joined == number].any():
             continue
-        rows = np.flatnonzero((whole[part] == number) & outer)
+        rows = np.flatnonzero((joined[part] == number) & outer)
         mine = np.zeros(len(part), dtype=bool)
         mine[rows] = True
-        own = [line for line, _ in rims if mine[line.beyond].all()
-               and outside[part[_on(surface, line)]]]  # fmt: skip
-        if own:
-            found.append(_hollow(surface, rows, own))
-    return found
+        mouths = [line for line, _ in rims if mine[line.beyond].all()
+                  and outside[part[_on(surface, line)]]]  # fmt: skip
+        if mouths:
+            voids.append(_hollow(surface, rows, mouths))
+    return voids
 
 
 def _on(surface: Faces, line: Outline) -> int:
@@ -118,11 +118,11 @@ def _on(surface: Faces, line: Outline) -> int:
 
 def _outlines_of(surface: Faces, outer: np.ndarray) -> list[tuple[Outline, float]]:
     """Outlines of the outer shell's faces, and the longest one's length of that face."""
-    found = [line for line in outlines(surface) if outer[line.beyond].all()]
+    lines = [line for line in outlines(surface) if outer[line.beyond].all()]
     longest: dict[int, float] = {}
-    for line in found:
+    for line in lines:
         longest[line.face] = max(longest.get(line.face, 0.0), line.length_mm(surface))
-    return [(line, longest[line.face]) for line in found]
+    return [(line, longest[line.face]) for line in lines]
 
 
 def _is_rim(surface: Faces, line: Outline, longest_mm: float) -> bool:
@@ -139,9 +139,9 @@ def _is_rim(surface: Faces, line: Outline, longest_mm: float) -> bool:
     apex = ~(corners[:, :, None] == line.ends[:, None, :]).any(axis=2)
     tip = surface.points[corners[np.arange(len(corners)), apex.argmax(axis=1)]]
     pair = surface.pairs[0][line.edges]
-    own = np.where(surface.face[pair[:, 0]] == line.face, pair[:, 0], pair[:, 1])
+    on_face = np.where(surface.face[pair[:, 0]] == line.face, pair[:, 0], pair[:, 1])
     ends = surface.points[line.ends]
-    height = np.einsum("ij,ij->i", tip - ends[:, 0], surface.normals[own])
+    height = np.einsum("ij,ij->i", tip - ends[:, 0], surface.normals[on_face])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return bool(length[height < 0].sum() >= surface.policy.convex * length.sum())
 
@@ -157,11 +157,11 @@ def _extreme(surface: Faces, outer: np.ndarray) -> Ints:
     ways = np.random.default_rng(0).normal(size=(surface.policy.directions, 3))
     nodes = np.unique(corners)
     farthest = nodes[np.argmax(surface.points[nodes] @ ways.T, axis=0)]
-    found = []
+    extremes = []
     for node in np.unique(farthest):
         mine = rows[(corners == node).any(axis=1)]
-        found.append(mine[np.argmax(surface.normals[mine] @ ways[farthest == node].T, axis=0)])
-    return np.unique(np.concatenate(found))
+        extremes.append(mine[np.argmax(surface.normals[mine] @ ways[farthest == node].T, axis=0)])
+    return np.unique(np.concatenate(extremes))
 
 
 def closed_hollow(surface: Faces, rows: Ints) -> Hollow:

@@ -102,45 +102,45 @@ class Roles:
 
 def assign(
     surface: Faces,
-    asked: Asked,
-    known: Mapping[str, np.ndarray] | None = None,
+    hints: Asked,
+    masks: Mapping[str, np.ndarray] | None = None,
     centre: Floats | None = None,
 ) -> Roles:
     """Take the faces of a part for cavities, clamp and tip, and find its frame.
 
     Args:
         surface: the part, closed, in the file's coordinates.
-        asked: corrections.
-        known: (m,) triangles of the groups that the file itself has.
+        hints: corrections.
+        masks: (m,) triangles of the groups that the file itself has.
         centre: (3,) centre of gravity, if it is known better than from the triangles.
 
     Raises:
         MeshError: one line, if there is no cavity or no face to clamp.
     """
     said: dict[str, str] = {}
-    known = known or {}
-    clamp = known.get(CLAMP)
+    masks = masks or {}
+    clamp = masks.get(CLAMP)
     held = -1
     if clamp is not None:
         held = int(surface.face.max()) + 1
         surface = replace(surface, face=np.where(clamp, held, surface.face))
-    found, shell = hollows(surface, held)
-    cavities = _known_cavities(surface, known, said)
-    numbered = bool(cavities or asked.cavities)
-    cavities = cavities or _cavities(surface, found, asked, said)
+    voids, shell = hollows(surface, held)
+    cavities = _known_cavities(surface, masks, said)
+    numbered = bool(cavities or hints.cavities)
+    cavities = cavities or _cavities(surface, voids, hints, said)
     outer = shell == _outer_shell(surface, shell)
     inside = np.zeros(len(outer), dtype=bool)
     for hollow in cavities:
         inside[hollow.triangles] = True
     if clamp is None:
-        clamp = _clamp(surface, outer & ~inside, cavities, asked, said)
+        clamp = _clamp(surface, outer & ~inside, cavities, hints, said)
     z = _axis(surface, clamp)
     if not numbered:  # of those that are as large, the nearest to the clamp comes first
         most = cavities[0].volume_mm3
         cavities.sort(key=lambda one: (-round(one.volume_mm3 / most, 2), one.centre_mm @ z))
     for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
         said.setdefault(name, _of_hollow(hollow))
-    x = _front(surface, cavities, z, asked, said)
+    x = _front(surface, cavities, z, hints, said)
     rotation = np.stack([x, np.cross(z, x), z])
     centre = _centroid(surface) if centre is None else centre
     base = np.average(surface.middles[clamp], axis=0, weights=surface.areas[clamp])
@@ -156,15 +156,15 @@ def assign(
     for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
         groups[hollow.triangles] = name
     start = None
-    if TIP in known:
-        groups[known[TIP]] = TIP
+    if TIP in masks:
+        groups[masks[TIP]] = TIP
     else:
-        tip, start = _tip(framed, groups == SKIN, asked, rotation, origin, said)
+        tip, start = _tip(framed, groups == SKIN, hints, rotation, origin, said)
         groups[tip] = TIP
-    said |= {name: "group of the file" for name in (CLAMP, TIP) if name in known}
-    if CLAMP in known and not _is_plane(surface, clamp, z):
+    said |= {name: "group of the file" for name in (CLAMP, TIP) if name in masks}
+    if CLAMP in masks and not _is_plane(surface, clamp, z):
         said[CLAMP] += f"; what it surrounds gives way (--clamp-region {CLAMP} holds it as a whole)"
-    if asked.held:
+    if hints.held:
         area = surface.areas[clamp].sum()
         said[CLAMP] = f"{area:.4g} mm² where what --clamp-region holds ends, at {place(base)}"
     caps = [
@@ -183,12 +183,12 @@ def assign(
     near_mm = framed.policy.even * framed.extent
     even = off_mm <= near_mm
     said = {name: said[name] for name in cavity_names(len(cavities))} | said
-    said["symmetry"] = f"{_of_symmetry(even, asked)}; {_compared(off_mm, near_mm)}"
-    return Roles(asked, framed, groups, rotation, origin, cavities, caps, even, start, said)
+    said["symmetry"] = f"{_of_symmetry(even, hints)}; {_compared(off_mm, near_mm)}"
+    return Roles(hints, framed, groups, rotation, origin, cavities, caps, even, start, said)
 
 
-def _of_symmetry(even: bool, asked: Asked) -> str:
-    if even and asked.whole:
+def _of_symmetry(even: bool, hints: Asked) -> str:
+    if even and hints.whole:
         return "is there, but the whole is asked for (--whole)"
     return "the half y ≥ 0 is computed (--whole: both)" if even else "none; the whole is computed"
 
@@ -227,29 +227,29 @@ def _compared(off_mm: float, near_mm: float) -> str:
 
 
 def _cavities(
-    surface: Faces, found: list[Hollow], asked: Asked, said: dict[str, str]
+    surface: Faces, voids: list[Hollow], hints: Asked, said: dict[str, str]
 ) -> list[Hollow]:
     """The hollows that are asked for; else all closed ones, or the largest with an opening."""
-    if not found:
+    if not voids:
         raise MeshError(
             "no cavity: no closed shell inside, and no opening with a sharp rim; allowed: a solid "
             "with a hollow"
         )
-    if asked.cavities:
-        chosen = [_nearest(surface, found, np.atleast_2d(point)) for point in asked.cavities]
+    if hints.cavities:
+        chosen = [_nearest(surface, voids, np.atleast_2d(point)) for point in hints.cavities]
         if len({id(hollow) for hollow in chosen}) < len(chosen):
             raise MeshError("--cavity: two points at one hollow; allowed: one point for each")
     else:
-        large = [h for h in found if h.volume_mm3 > surface.policy.small * found[0].volume_mm3]
+        large = [h for h in voids if h.volume_mm3 > surface.policy.small * voids[0].volume_mm3]
         closed = [h for h in large if not h.openings]
         alike = [h for h in large if h.volume_mm3 > surface.policy.alike * large[0].volume_mm3]
         chosen = closed or alike
-    rest = [h for h in found if all(h is not c for c in chosen)]
-    if rest:
+    others = [h for h in voids if all(h is not c for c in chosen)]
+    if others:
         said["other hollows"] = (
-            f"{len(rest)}, the largest of {rest[0].volume_mm3:.3g} mm³ around "
-            f"{place(rest[0].centre_mm)}: skin (--cavity: a cavity); the smallest cavity has "
-            f"{min(h.volume_mm3 for h in chosen) / rest[0].volume_mm3:.2g} times as much"
+            f"{len(others)}, the largest of {others[0].volume_mm3:.3g} mm³ around "
+            f"{place(others[0].centre_mm)}: skin (--cavity: a cavity); the smallest cavity has "
+            f"{min(h.volume_mm3 for h in chosen) / others[0].volume_mm3:.2g} times as much"
         )
     return chosen
 
@@ -263,35 +263,35 @@ def _of_hollow(hollow: Hollow) -> str:
 
 
 def _known_cavities(
-    surface: Faces, known: Mapping[str, np.ndarray], said: dict[str, str]
+    surface: Faces, masks: Mapping[str, np.ndarray], said: dict[str, str]
 ) -> list[Hollow]:
     """The cavities that the file has groups of."""
-    found = []
-    for name in cavities_of(known):
-        found.append(closed_hollow(surface, np.flatnonzero(known[name])))
+    cavities = []
+    for name in cavities_of(masks):
+        cavities.append(closed_hollow(surface, np.flatnonzero(masks[name])))
         said[name] = "group of the file"
-    return found
+    return cavities
 
 
-def _nearest(surface: Faces, found: list[Hollow], points: Floats) -> Hollow:
+def _nearest(surface: Faces, voids: list[Hollow], points: Floats) -> Hollow:
     """The hollow that a point is in or on, or that has most of some points on its walls."""
     distance = [
         float(nearest(surface.points, surface.triangles[hollow.triangles], points)[1].mean())
-        for hollow in found
+        for hollow in voids
     ]
-    return found[int(np.argmin(distance))]
+    return voids[int(np.argmin(distance))]
 
 
 def _clamp(
-    surface: Faces, free: np.ndarray, cavities: list[Hollow], asked: Asked, said: dict[str, str]
+    surface: Faces, free: np.ndarray, cavities: list[Hollow], hints: Asked, said: dict[str, str]
 ) -> np.ndarray:
     """(m,) whether a triangle is clamped: all plane faces in one plane."""
     near = surface.near_mm
-    if asked.clamp is not None:
-        row = _nearest_triangle(surface, free, np.asarray(asked.clamp))
+    if hints.clamp is not None:
+        row = _nearest_triangle(surface, free, np.asarray(hints.clamp))
         if not surface.plane[surface.face[row]]:
             raise MeshError(
-                f"--clamp {place(np.asarray(asked.clamp))}: a curved face; allowed: a plane one"
+                f"--clamp {place(np.asarray(hints.clamp))}: a curved face; allowed: a plane one"
             )
         chosen, margin = surface.face[row], "as asked"
     else:
@@ -299,13 +299,13 @@ def _clamp(
     normal = surface.face_vectors[chosen] / np.linalg.norm(surface.face_vectors[chosen])
     level = surface.middles[surface.face == chosen].mean(axis=0) @ normal
     flat = surface.plane[surface.face] & (surface.normals @ normal > np.cos(np.radians(1.0)))
-    found = np.asarray(free & flat & (np.abs(surface.middles @ normal - level) <= near))
-    area = surface.areas[found].sum()
-    at = np.average(surface.middles[found], axis=0, weights=surface.areas[found])
+    clamped = np.asarray(free & flat & (np.abs(surface.middles @ normal - level) <= near))
+    area = surface.areas[clamped].sum()
+    at = np.average(surface.middles[clamped], axis=0, weights=surface.areas[clamped])
     said["clamp"] = f"plane face of {area:.4g} mm² at {place(at)}, {margin}"
     if (surface.points[surface.triangles[free]] @ normal).max() > level + near:
         said["clamp"] += ", not at an end"
-    return found
+    return clamped
 
 
 def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> tuple[int, str]:
@@ -333,8 +333,8 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> tu
     ends: dict[bool, list[tuple[float, float, int]]] = defaultdict(list)
     for face in faces:
         normal = surface.face_vectors[face] / length[face]
-        own = surface.middles[surface.face == face]
-        level = own[0] @ normal
+        middles = surface.middles[surface.face == face]
+        level = middles[0] @ normal
         if (points @ normal).max() > level + near:
             continue
         area = length[face]
@@ -344,21 +344,21 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> tu
         if into:
             area = surface.policy.supplied * (area + sum(opening.area_mm2 for opening in into))
         end = bool(abs(normal @ along) > np.cos(np.radians(surface.policy.end_deg)))
-        away = float(np.linalg.norm(own.mean(axis=0)))
+        away = float(np.linalg.norm(middles.mean(axis=0)))
         ends[end].append((area, away, int(face)))
     if not ends:
         raise MeshError(
             "no plane face at an end to clamp; allowed: such a face, or --clamp with a point on "
             "another"
         )
-    found = sorted(ends.get(True, ends[False]), reverse=True)
-    alike = [one for one in found if one[0] > (1 - surface.policy.alike_area) * found[0][0]]
+    order = sorted(ends.get(True, ends[False]), reverse=True)
+    alike = [one for one in order if one[0] > (1 - surface.policy.alike_area) * order[0][0]]
     if len(alike) > 1:
         face = min(alike, key=lambda one: one[1])[2]
         return face, "nearer to the file's origin than one as large (--clamp: another)"
-    if len(found) == 1:
-        return found[0][2], "the only one at an end"
-    return found[0][2], f"{found[0][0] / found[1][0]:.3g} times as likely as the next, by its area"
+    if len(order) == 1:
+        return order[0][2], "the only one at an end"
+    return order[0][2], f"{order[0][0] / order[1][0]:.3g} times as likely as the next, by its area"
 
 
 def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:
@@ -368,61 +368,61 @@ def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:
 
 
 def _front(
-    surface: Faces, cavities: list[Hollow], z: Floats, asked: Asked, said: dict[str, str]
+    surface: Faces, cavities: list[Hollow], z: Floats, hints: Asked, said: dict[str, str]
 ) -> Floats:
     """(3,) the direction x from the side that limits strain to the other."""
     across = np.eye(3) - np.outer(z, z)
     centre = _centroid(surface)
     around = across @ np.cov((surface.middles - centre).T, aweights=surface.areas) @ across
-    own = np.linalg.eigh(around)[1].T[::-1][:2]
+    principal = np.linalg.eigh(around)[1].T[::-1][:2]
     axes = [a / np.linalg.norm(a) for a in np.eye(3) @ across if np.linalg.norm(a) > 0.5]
     sides = _plane_sides(surface, z)
     of_file = [snapped(a, sides) for a in axes]
-    axes = [*of_file, *sides, *own]
-    if asked.back is not None:
-        given = across @ -np.asarray(asked.back, dtype=float)
-        if np.linalg.norm(given) < 1e-3 * np.linalg.norm(asked.back):
-            raise MeshError(f"--back {asked.back}: along the finger; allowed: a direction across")
+    axes = [*of_file, *sides, *principal]
+    if hints.back is not None:
+        given = across @ -np.asarray(hints.back, dtype=float)
+        if np.linalg.norm(given) < 1e-3 * np.linalg.norm(hints.back):
+            raise MeshError(f"--back {hints.back}: along the finger; allowed: a direction across")
         x = snapped(given / np.linalg.norm(given), sides, surface.policy.flat_deg)
         said["back"] = f"faces {direction_said(-x)}, as asked"
         return np.asarray(x)
     rows = np.concatenate([hollow.triangles for hollow in cavities])
     level = surface.middles[rows] @ z
-    along = np.stack([own[0], np.cross(z, own[0]), z])
+    along = np.stack([principal[0], np.cross(z, principal[0]), z])
     bearing = bearing_centre(surface, (level.min(), level.max()), along)
     volume = sum(hollow.volume_mm3 for hollow in cavities)
     hollow = sum(h.volume_mm3 * h.centre_mm for h in cavities) / volume
     away = across @ (hollow - (centre if bearing is None else bearing))
-    width = float(np.ptp(surface.points @ own.T, axis=0).min())
+    width = float(np.ptp(surface.points @ principal.T, axis=0).min())
     least = surface.policy.same_side * width
-    told = (
+    reason = (
         f"the pressure's lever about the walls that run through is {np.linalg.norm(away):.2g} mm, "
         f"where {least:.2g} mm tell a side"
     )
     aside = across @ (cavities[0].centre_mm - centre)
     if np.linalg.norm(away) < least < np.linalg.norm(aside):
-        away, told = aside, f"opposite to the first cavity, as {told}"
+        away, reason = aside, f"opposite to the first cavity, as {reason}"
     if np.linalg.norm(away) < least:
         # the axes of the file come first, and another one must be clearly better
         narrow = [float(np.ptp(surface.points @ a)) for a in axes]
         x = axes[next(i for i, mm in enumerate(narrow) if mm < 1.05 * min(narrow))]
         said["back"] = (
-            f"faces {direction_said(-x)}, by its shape: it does not bend by itself, as {told} "
+            f"faces {direction_said(-x)}, by its shape: it does not bend by itself, as {reason} "
             "(--back: another direction)"
         )
         return np.asarray(x)
     x = away = away / np.linalg.norm(away)
-    for some in (sides, of_file, own):
+    for some in (sides, of_file, principal):
         x = snapped(away, some)
         if x is not away:
             break
-    said["back"] = f"faces {direction_said(-x)}: {told} (--back: another direction)"
+    said["back"] = f"faces {direction_said(-x)}: {reason} (--back: another direction)"
     return np.asarray(x)
 
 
 def _plane_sides(surface: Faces, z: Floats) -> list[Floats]:
     """Unit normals of plane faces along z that the whole part lies behind, the largest first."""
-    found, points = [], surface.points[np.unique(surface.triangles)]
+    normals, points = [], surface.points[np.unique(surface.triangles)]
     steepest = np.radians(surface.policy.flat_deg)
     for face in np.argsort(-surface.face_areas, kind="stable"):
         vector = surface.face_vectors[face]
@@ -430,10 +430,10 @@ def _plane_sides(surface: Faces, z: Floats) -> list[Floats]:
         if along and surface.plane[face]:
             normal = vector - (vector @ z) * z
             normal /= np.linalg.norm(normal)
-            own = surface.points[surface.triangles[surface.face == face]] @ normal
-            if (points @ normal).max() - own.min() <= surface.near_mm:
-                found.append(normal)
-    return found
+            on_face = surface.points[surface.triangles[surface.face == face]] @ normal
+            if (points @ normal).max() - on_face.min() <= surface.near_mm:
+                normals.append(normal)
+    return normals
 
 
 def snapped(
@@ -451,9 +451,9 @@ def snapped(
     Returns:
         (3,) unit vector; the vector itself, where none is.
     """
-    known = np.eye(3) if directions is None else directions
-    both = [sign * each for each in known for sign in (1, -1)]
-    nearest = max(both, key=lambda each: float(each @ vector), default=vector)
+    axes = np.eye(3) if directions is None else directions
+    both = [sign * axis for axis in axes for sign in (1, -1)]
+    nearest = max(both, key=lambda way: float(way @ vector), default=vector)
     return nearest if nearest @ vector > np.cos(np.radians(deg)) else vector
 
 
@@ -473,18 +473,18 @@ def direction_said(vector: Floats) -> str:
 
 
 def _tip(
-    framed: Faces, skin: np.ndarray, asked: Asked, rotation: Floats, origin: Floats,
+    framed: Faces, skin: np.ndarray, hints: Asked, rotation: Floats, origin: Floats,
     said: dict[str, str],
 ) -> tuple[np.ndarray, float | None]:  # fmt: skip
     """(m,) triangles of the tip: the face at the free end, or the end's last part and its start."""
     z = framed.points[:, 2]
     length = float(z[framed.triangles[skin]].max())
-    if asked.tip is not None:
-        point = (np.asarray(asked.tip) - origin) @ rotation.T
+    if hints.tip is not None:
+        point = (np.asarray(hints.tip) - origin) @ rotation.T
         row = _nearest_triangle(framed, skin, point)
-        found = skin & (framed.face == framed.face[row])
-        said["tip"] = f"face of {framed.areas[found].sum():.4g} mm², as asked"
-        return found, None
+        chosen = skin & (framed.face == framed.face[row])
+        said["tip"] = f"face of {framed.areas[chosen].sum():.4g} mm², as asked"
+        return chosen, None
     top = z[framed.triangles].min(axis=1) > length * (1 - framed.policy.near)
     across = framed.normals[:, 2] > np.cos(np.radians(framed.policy.end_deg))
     flat = skin & top & across & framed.plane[framed.face]
@@ -493,10 +493,10 @@ def _tip(
         return flat, None
     faces = np.unique(framed.face[skin & (z[framed.triangles].max(axis=1) > length * 0.999)])
     ends = [f for f in faces if framed.face_vectors[f, 2] > 0.7 * framed.face_areas[f]]
-    whole = skin & np.isin(framed.face, ends)
-    if len(ends) and z[framed.triangles[whole]].min() > 0.7 * length:
-        said["tip"] = f"curved face of {framed.areas[whole].sum():.4g} mm² at the free end"
-        return whole, None
+    curved = skin & np.isin(framed.face, ends)
+    if len(ends) and z[framed.triangles[curved]].min() > 0.7 * length:
+        said["tip"] = f"curved face of {framed.areas[curved].sum():.4g} mm² at the free end"
+        return curved, None
     share = framed.policy.tip_share
     while not (late := skin & (framed.middles[:, 2] > (1 - share) * length)).any():
         share *= 2

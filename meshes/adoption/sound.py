@@ -102,18 +102,18 @@ def check_crossings(points: Floats, triangles: Ints) -> None:
     """
     if not _crosses(points, triangles):
         return
-    found = triangles
-    while len(found) > 12:
-        corners = points[found]
+    crossing = triangles
+    while len(crossing) > 12:
+        corners = points[crossing]
         low, high = corners.min(axis=1), corners.max(axis=1)
         axis = int((high.max(axis=0) - low.min(axis=0)).argmax())
         middle = float(np.median(corners.mean(axis=1)[:, axis]))
-        halves = found[low[:, axis] <= middle], found[high[:, axis] >= middle]
-        smaller = [half for half in halves if len(half) < len(found) and _crosses(points, half)]
+        halves = crossing[low[:, axis] <= middle], crossing[high[:, axis] >= middle]
+        smaller = [half for half in halves if len(half) < len(crossing) and _crosses(points, half)]
         if not smaller:
             break
-        found = min(smaller, key=len)
-    at = points[found].mean(axis=(0, 1))
+        crossing = min(smaller, key=len)
+    at = points[crossing].mean(axis=(0, 1))
     raise MeshError(
         f"intersects itself near {place(at)}; allowed: a surface without crossings "
         "(unite the bodies where it was drawn)"
@@ -254,5 +254,5 @@ def _lengths(
     z = np.einsum("ij,ij->i", shares[met], points[of[met], :, 2])
     signed = np.sign(twice[of[met]]) * np.clip(z, *span)
     cells = i[met] * places.shape[1] + j[met]
-    found = np.bincount(cells, signed, places[..., 0].size)
-    return np.asarray(found, dtype=float).reshape(places.shape[:2])
+    lengths = np.bincount(cells, signed, places[..., 0].size)
+    return np.asarray(lengths, dtype=float).reshape(places.shape[:2])

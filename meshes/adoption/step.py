@@ -32,7 +32,7 @@ FINENESS = (1.0, 3.0)
 
 
 def adopt_step(
-    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+    path: Path, hints: Asked, wanted: MeshRequest, scale: float
 ) -> tuple[SolidMesh, Roles, WallSizes]:
     """The mesh of the solids in a STEP or BREP file.
 
@@ -40,10 +40,10 @@ def adopt_step(
         MeshError: one line, without the file's name.
     """
     try:
-        return _adopted(path, asked, wanted, scale)
+        return _adopted(path, hints, wanted, scale)
     except HalfError:
-        mesh, roles, found = _adopted(path, replace(asked, whole=True), wanted, scale)
-        return mesh, roles.as_whole("its half cannot be meshed; the whole is computed"), found
+        mesh, roles, sizes = _adopted(path, replace(hints, whole=True), wanted, scale)
+        return mesh, roles.as_whole("its half cannot be meshed; the whole is computed"), sizes
 
 
 class HalfError(MeshError):
@@ -51,16 +51,16 @@ class HalfError(MeshError):
 
 
 def _adopted(
-    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+    path: Path, hints: Asked, wanted: MeshRequest, scale: float
 ) -> tuple[SolidMesh, Roles, WallSizes]:
     with session("not meshed", OPTIONS):
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
         solids = _imported(path, scale)
-        for file in asked.cavity_files:
+        for file in hints.cavity_files:
             if file.suffix.lower() in CAD:
                 solids = _hollowed(solids, file, scale)
-        solids, interface = _released(solids, asked.held)
+        solids, interface = _released(solids, hints.held)
         drawn, tags = _faces(solids)
         surface = united(drawn)
         united_to = np.zeros(len(tags), dtype=np.int64)
@@ -68,30 +68,30 @@ def _adopted(
         at = np.array([tag in interface for tag in tags])
 
         def known(drawn: Faces) -> dict[str, np.ndarray]:
-            return {groups.CLAMP: at[drawn.face]} if asked.held else {}
+            return {groups.CLAMP: at[drawn.face]} if hints.held else {}
 
-        roles = assign(surface, asked, known(drawn), _centre(solids))
-        found = measured(roles, wanted)
+        roles = assign(surface, hints, known(drawn), _centre(solids))
+        sizes = measured(roles, wanted)
         if len(solids) == 1 and not all(opening.flat for opening in roles.caps):
             # facets are the elements' sides: those that told the walls are several times finer
-            drawn, _ = _faces(solids, found.size_mm)
-            closed = assign(united(drawn), asked, known(drawn), _centre(solids))
-            closed = capped(closed, found.cap_mm)
+            drawn, _ = _faces(solids, sizes.size_mm)
+            closed = assign(united(drawn), hints, known(drawn), _centre(solids))
+            closed = capped(closed, sizes.cap_mm)
             closed.said["cap"] += "; in a curved face, so plane facets are meshed"
-            return meshed_triangles(closed, found, wanted)
+            return meshed_triangles(closed, sizes, wanted)
         _place(solids, roles)
         for opening in roles.caps:
             near = [tags[i] for i in np.flatnonzero(united_to == opening.face)]
-            solids = _capped(solids, opening, near, roles, found)
+            solids = _capped(solids, opening, near, roles, sizes)
         _cut(solids, roles)
         try:
-            mesh = meshed(roles, found, wanted, curved=True)
+            mesh = meshed(roles, sizes, wanted, curved=True)
             check(mesh)
         except Exception as error:
             if roles.half and (type(error) is Exception or isinstance(error, MeshError)):
                 raise HalfError(str(error)) from None
             raise
-    return mesh, roles, found
+    return mesh, roles, sizes
 
 
 def _imported(path: Path, scale: float) -> dict[int, str]:
@@ -104,25 +104,25 @@ def _imported(path: Path, scale: float) -> dict[int, str]:
         raise MeshError(
             f"not readable: {str(error).splitlines()[0]}; allowed: a STEP file"
         ) from None
-    found = [tag for dimension, tag in gmsh.model.occ.getEntities(3)]
-    if not found:
+    tags = [tag for dimension, tag in gmsh.model.occ.getEntities(3)]
+    if not tags:
         loose = gmsh.model.occ.getEntities(2)
         gmsh.model.occ.healShapes(loose, sewFaces=True, makeSolids=True)
-        found = [tag for dimension, tag in gmsh.model.occ.getEntities(3)]
-    if not found:
+        tags = [tag for dimension, tag in gmsh.model.occ.getEntities(3)]
+    if not tags:
         raise MeshError("not watertight: faces without a solid; allowed: a closed solid")
     if scale != 1.0:
-        gmsh.model.occ.dilate([(3, tag) for tag in found], 0, 0, 0, scale, scale, scale)
+        gmsh.model.occ.dilate([(3, tag) for tag in tags], 0, 0, 0, scale, scale, scale)
     gmsh.model.occ.synchronize()
-    names = {tag: gmsh.model.getEntityName(3, tag).rpartition("/")[2] for tag in found}
+    names = {tag: gmsh.model.getEntityName(3, tag).rpartition("/")[2] for tag in tags}
     names = {tag: "" if name.startswith(UNNAMED) else name for tag, name in names.items()}
-    if len(found) == 1:
+    if len(tags) == 1:
         return names
-    solids = [(3, tag) for tag in found]
+    solids = [(3, tag) for tag in tags]
     _, parts = gmsh.model.occ.fragment(solids[:1], solids[1:])
     gmsh.model.occ.synchronize()
     result: dict[int, str] = {}
-    for number, (old, pieces) in enumerate(zip(found, parts, strict=True), 1):
+    for number, (old, pieces) in enumerate(zip(tags, parts, strict=True), 1):
         for _, new in pieces:
             if new in result:
                 raise MeshError(
@@ -167,8 +167,8 @@ def _released(solids: dict[int, str], held: Sequence[Box | str]) -> tuple[dict[i
         if isinstance(region, str):
             gone = [(3, tag) for tag, name in solids.items() if name == region]
             if not gone:
-                known = ", ".join(filter(None, solids.values())) or "X,Y,Z,X,Y,Z"
-                raise MeshError(f"--clamp-region {region}: no such solid; allowed: {known}")
+                allowed = ", ".join(filter(None, solids.values())) or "X,Y,Z,X,Y,Z"
+                raise MeshError(f"--clamp-region {region}: no such solid; allowed: {allowed}")
             solids = {tag: name for tag, name in solids.items() if name != region}
         else:
             low, high = np.minimum(region[:3], region[3:]), np.maximum(region[:3], region[3:])
@@ -252,7 +252,7 @@ def _place(solids: dict[int, str], roles: Roles) -> None:
 
 
 def _capped(
-    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, found: WallSizes
+    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, sizes: WallSizes
 ) -> dict[int, str]:
     """The solids with an opening in some faces closed by a plug of the wall's material.
 
@@ -275,9 +275,9 @@ def _capped(
     disc = gmsh.model.occ.addPlaneSurface([loop])
     centre = roles.rotation @ (opening.centre_mm - roles.origin_mm)
     farthest = float(np.linalg.norm(rim - centre, axis=2).max())
-    larger = 1 + found.reach_mm / farthest
+    larger = 1 + sizes.reach_mm / farthest
     gmsh.model.occ.dilate([(2, disc)], *centre, larger, larger, larger)
-    plug = [pair for pair in gmsh.model.occ.extrude([(2, disc)], *(-found.cap_mm * normal))
+    plug = [pair for pair in gmsh.model.occ.extrude([(2, disc)], *(-sizes.cap_mm * normal))
             if pair[0] == 3]  # fmt: skip
     owner = next(
         tag for tag in solids
@@ -326,9 +326,9 @@ def _cut(solids: dict[int, str], roles: Roles) -> None:
 
 def _below(volumes: list[int]) -> set[tuple[int, int]]:
     """Faces, curves and points of volumes."""
-    found: set[tuple[int, int]] = set()
+    below: set[tuple[int, int]] = set()
     level = [(3, tag) for tag in volumes]
     for _ in range(3):
         level = gmsh.model.getBoundary(level, combined=False, oriented=False)
-        found |= set(level)
-    return found
+        below |= set(level)
+    return below

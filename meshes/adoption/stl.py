@@ -40,24 +40,24 @@ from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh
 
 
 def adopt_stl(
-    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+    path: Path, hints: Asked, wanted: MeshRequest, scale: float
 ) -> tuple[SolidMesh, Roles, WallSizes]:
     """The mesh of the solid that a file's triangles enclose.
 
     Raises:
         MeshError: one line, without the file's name.
     """
-    surface = _read(path, asked, scale)
-    known = {}
-    if asked.held:
-        surface, known[CLAMP] = _released(surface, asked.held)
-    roles = assign(surface, asked, known)
-    found = measured(roles, wanted)
-    return meshed_triangles(capped(roles, found.cap_mm), found, wanted)
+    surface = _read(path, hints, scale)
+    masks = {}
+    if hints.held:
+        surface, masks[CLAMP] = _released(surface, hints.held)
+    roles = assign(surface, hints, masks)
+    sizes = measured(roles, wanted)
+    return meshed_triangles(capped(roles, sizes.cap_mm), sizes, wanted)
 
 
 def meshed_triangles(
-    roles: Roles, found: WallSizes, wanted: MeshRequest
+    roles: Roles, sizes: WallSizes, wanted: MeshRequest
 ) -> tuple[SolidMesh, Roles, WallSizes]:
     """The mesh within a part's triangles, of its half if it has one.
 
@@ -67,23 +67,23 @@ def meshed_triangles(
     poor = None
     if roles.half:
         try:
-            poor = _meshed(_half(roles.surface), roles, found, wanted)
+            poor = _meshed(_half(roles.surface), roles, sizes, wanted)
             if check(poor).scaled_jacobian_min >= wanted.policy.poor:
-                return poor, roles, found
+                return poor, roles, sizes
         except MeshError:
             poor = None
-    whole = roles.as_whole("its half cannot be meshed well; the whole is computed")
+    whole_roles = roles.as_whole("its half cannot be meshed well; the whole is computed")
     if not roles.half:
-        whole = roles
+        whole_roles = roles
     try:
-        return _meshed(roles.surface, whole, found, wanted), whole, found
+        return _meshed(roles.surface, whole_roles, sizes, wanted), whole_roles, sizes
     except MeshError:
         if poor is None:
             raise
-        return poor, roles, found
+        return poor, roles, sizes
 
 
-def _meshed(surface: Faces, roles: Roles, found: WallSizes, wanted: MeshRequest) -> SolidMesh:
+def _meshed(surface: Faces, roles: Roles, sizes: WallSizes, wanted: MeshRequest) -> SolidMesh:
     """The mesh within a closed surface.
 
     Raises:
@@ -91,7 +91,7 @@ def _meshed(surface: Faces, roles: Roles, found: WallSizes, wanted: MeshRequest)
     """
     with session("not meshed", OPTIONS):
         insert(surface)
-        mesh = meshed(roles, found, wanted, curved=False)
+        mesh = meshed(roles, sizes, wanted, curved=False)
     check(mesh)
     return mesh
 
@@ -122,16 +122,16 @@ def _released(surface: Faces, held: Sequence[Box | str]) -> tuple[Faces, np.ndar
     return surface, cut
 
 
-def _read(path: Path, asked: Asked, scale: float) -> Faces:
+def _read(path: Path, hints: Asked, scale: float) -> Faces:
     """The surface, in faces.
 
     Raises:
         MeshError: one line, if it does not enclose a solid.
     """
     points, triangles = triangles_of(path, scale)
-    if asked.repair:
+    if hints.repair:
         points, triangles = _repaired(points, triangles)
-    for file in asked.cavity_files:
+    for file in hints.cavity_files:
         walls = triangles_of(file, scale)
         if _fills(walls[0], points, triangles):
             triangles = np.concatenate([triangles, walls[1] + len(points)])
@@ -139,7 +139,7 @@ def _read(path: Path, asked: Asked, scale: float) -> Faces:
     try:
         check_watertight(points, triangles)
     except MeshError as error:
-        raise MeshError(str(error) if asked.repair else f"{error}, or --repair") from None
+        raise MeshError(str(error) if hints.repair else f"{error}, or --repair") from None
     check_crossings(points, triangles)
     surface = outward(Faces(points, triangles, np.zeros(len(triangles), np.int64)))
     return replace(surface, face=segmented(points, surface.triangles, surface.policy))
@@ -154,16 +154,16 @@ def _repaired(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     from pymeshfix import MeshFix
 
     parts = parts_of(pairs(triangles)[0], len(triangles))
-    found = []
+    shells = []
     for number in np.unique(parts):  # MeshFix unites shells or drops them
         used, local = np.unique(triangles[parts == number], return_inverse=True)
         fix = MeshFix(points[used], local.reshape(-1, 3).astype(np.int32))
         fix.repair()
-        found.append((np.asarray(fix.points, dtype=float), np.asarray(fix.faces, dtype=np.int64)))
-    starts = np.cumsum([0, *(len(mine) for mine, _ in found)])
+        shells.append((np.asarray(fix.points, dtype=float), np.asarray(fix.faces, dtype=np.int64)))
+    starts = np.cumsum([0, *(len(mine) for mine, _ in shells)])
     return (
-        np.concatenate([mine for mine, _ in found]),
-        np.concatenate([rows + start for (_, rows), start in zip(found, starts, strict=False)]),
+        np.concatenate([mine for mine, _ in shells]),
+        np.concatenate([rows + start for (_, rows), start in zip(shells, starts, strict=False)]),
     )
 
 
@@ -326,10 +326,10 @@ def _flattened(surface: Faces, face: Ints) -> Floats:
     level = np.einsum("ij,ij->i", surface.points[point], normal[of])
     level = np.bincount(of, level) / count
     more = count[of] > 3  # a triangle is plane
-    told = zip(point[more].tolist(), of[more].tolist(), strict=True)
+    memberships = zip(point[more].tolist(), of[more].tolist(), strict=True)
     alike: dict[tuple[int, ...], list[int]] = defaultdict(list)
-    for one, own in groupby(told, key=itemgetter(0)):
-        alike[tuple(plane for _, plane in own)].append(one)
+    for one, its_planes in groupby(memberships, key=itemgetter(0)):
+        alike[tuple(plane for _, plane in its_planes)].append(one)
     points = surface.points.copy()
     for planes, every in alike.items():
         normals = normal[[*planes]]
@@ -364,7 +364,7 @@ def _loops(edges: list[tuple[int, int]]) -> list[list[int]]:
     following: dict[int, list[int]] = defaultdict(list)
     for a, b in edges:
         following[a].append(b)
-    found = []
+    walks = []
     while following:
         start = next(iter(following))
         walk, here = [], start
@@ -378,8 +378,8 @@ def _loops(edges: list[tuple[int, int]]) -> list[list[int]]:
             here = after
             if here == start:
                 break
-        found.append(walk)
-    return found
+        walks.append(walk)
+    return walks
 
 
 def _simple(loop: list[int], corner: np.ndarray) -> list[int]:

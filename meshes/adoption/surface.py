@@ -127,9 +127,9 @@ class Faces:
     @cached_property
     def face_vectors(self) -> Floats:
         """(f, 3) area vectors of the faces (mm²)."""
-        found = np.zeros((int(self.face.max()) + 1, 3))
-        np.add.at(found, self.face, self.vectors)
-        return found
+        vectors = np.zeros((int(self.face.max()) + 1, 3))
+        np.add.at(vectors, self.face, self.vectors)
+        return vectors
 
     @cached_property
     def face_areas(self) -> Floats:
@@ -234,15 +234,15 @@ def consistent(points: Floats, triangles: Ints) -> Ints:
         cell_normals=True, point_normals=False, split_vertices=False, consistent_normals=True,
         auto_orient_normals=False,
     )  # fmt: skip
-    found = np.array(turned.regular_faces, dtype=np.int64)
-    part = Faces(points, found, np.zeros(len(found), np.int64)).components()
-    outer = _outer(points, found, part)
+    oriented = np.array(turned.regular_faces, dtype=np.int64)
+    part = Faces(points, oriented, np.zeros(len(oriented), np.int64)).components()
+    outer = _outer(points, oriented, part)
     for number in range(part.max() + 1):
         mine = part == number
-        volume = Faces(points, found[mine], np.zeros(mine.sum(), np.int64)).volumes.sum()
+        volume = Faces(points, oriented[mine], np.zeros(mine.sum(), np.int64)).volumes.sum()
         if (volume > 0) != outer[number]:
-            found[mine] = found[mine][:, ::-1]
-    return found
+            oriented[mine] = oriented[mine][:, ::-1]
+    return oriented
 
 
 def _outer(points: Floats, triangles: Ints, part: Ints) -> np.ndarray:
@@ -278,37 +278,37 @@ def segmented(points: Floats, triangles: Ints, policy: FacePolicy) -> Ints:
     at, ends = plain.pairs
     cosine = np.einsum("ij,ij->i", plain.normals[at[:, 0]], plain.normals[at[:, 1]])
     flat = parts_of(at[cosine > np.cos(np.radians(policy.flat_deg))], len(triangles))
-    found = replace(plain, face=flat)
+    flats = replace(plain, face=flat)
     follows = cosine > np.cos(np.radians(policy.crease_deg))
     smooth = follows & (flat[at[:, 0]] != flat[at[:, 1]])
-    is_plane = (found.plane & ~_facets(found, at[smooth], ends[smooth]))[flat]
+    is_plane = (flats.plane & ~_facets(flats, at[smooth], ends[smooth]))[flat]
     curved = ~is_plane[at].any(axis=1) & follows
     same = is_plane[at].all(axis=1) & (flat[at[:, 0]] == flat[at[:, 1]])
     return parts_of(at[curved | same], len(triangles))
 
 
-def _facets(found: Faces, at: Ints, ends: Ints) -> np.ndarray:
+def _facets(flats: Faces, at: Ints, ends: Ints) -> np.ndarray:
     """(f,) whether a flat piece is not much wider than one that follows it without a crease.
 
     Args:
-        found: with flat pieces as faces.
+        flats: with flat pieces as faces.
         at: (k, 2) triangles, and
         ends: (k, 2) points of the edges without a crease between two pieces.
     """
-    order = np.argsort(found.face, kind="stable")
-    starts = np.searchsorted(found.face[order], np.arange(len(found.face_areas) + 1))
-    corners = [found.points[np.unique(found.triangles[order[a:b]])] for a, b in pairwise(starts)]
+    order = np.argsort(flats.face, kind="stable")
+    starts = np.searchsorted(flats.face[order], np.arange(len(flats.face_areas) + 1))
+    corners = [flats.points[np.unique(flats.triangles[order[a:b]])] for a, b in pairwise(starts)]
     result = np.zeros(len(corners), dtype=bool)
-    way = found.points[ends[:, 1]] - found.points[ends[:, 0]]
+    way = flats.points[ends[:, 1]] - flats.points[ends[:, 0]]
     way /= np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
     for rows, along in zip(at, way, strict=True):
-        pieces = found.face[rows]
-        across = np.cross(found.normals[rows], along)
+        pieces = flats.face[rows]
+        across = np.cross(flats.normals[rows], along)
         wide = [
             float(np.ptp(corners[piece] @ one)) for piece, one in zip(pieces, across, strict=True)
         ]
         for i in (0, 1):
-            result[pieces[i]] |= wide[i] < found.policy.wider * wide[1 - i]
+            result[pieces[i]] |= wide[i] < flats.policy.wider * wide[1 - i]
     return result
 
 
@@ -325,7 +325,7 @@ def outlines(surface: Faces) -> list[Outline]:
     """All closed lines on the borders of faces."""
     at, ends = surface.pairs
     border = np.flatnonzero(surface.face[at[:, 0]] != surface.face[at[:, 1]])
-    found = []
+    lines = []
     rows = np.concatenate([border, border])
     side = np.repeat([0, 1], len(border))
     face = surface.face[at[rows, side]]
@@ -339,5 +339,5 @@ def outlines(surface: Faces) -> list[Outline]:
         for number in range(part.max() + 1):
             one = part == number
             beyond = at[mine[one], 1 - here[one]]
-            found.append(Outline(int(face[group[0]]), mine[one], turned[one], beyond))
-    return found
+            lines.append(Outline(int(face[group[0]]), mine[one], turned[one], beyond))
+    return lines

@@ -21,7 +21,7 @@ class PrintTime(QuantitySource):
 
     names: ClassVar = ("print_time_s",)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 
-        outcome.outputs["print_time_s"] = shape_number(MASS, asked.config, ())[0] / G_PER_S
+        outcome.outputs["print_time_s"] = shape_number(MASS, design.config, ())[0] / G_PER_S

@@ -28,10 +28,10 @@ class Tally(Contribution):
     titles: ClassVar = {"tally": "tally"}
     place = 90
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        for each in found:
-            tally = TallyFile.read(each.folder)
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        for result in results:
+            tally = TallyFile.read(result.folder)
             series = Series("printed", tally.days, tally.printed)
             page.charts.append(Chart("Printed fingers", Axis("Day"), Axis("Fingers"), [series]))
             page.numbers.append(KeyNumber("Printed", f"{sum(tally.printed)} fingers"))
-        return self.named(found)
+        return self.named(results)

@@ -76,7 +76,7 @@ def test_what_follows_a_break_or_a_slip_is_left_out() -> None:
         keep = first_loading(stretch, stress)
         assert keep.sum() == fallen
         assert keep[:fallen].all()
-        assert first_loading(stretch, stress, told=True).sum() == fallen
+        assert first_loading(stretch, stress, labelled=True).sum() == fallen
 
 
 def test_one_reading_that_fails_ends_nothing() -> None:

@@ -377,7 +377,7 @@ def test_pressure_for(robot: Robot) -> None:
     pressure = robot.pressure_for(tip_force_N=force, gap_mm=gap)
     assert robot.force_N(pressure, gap) == pytest.approx(force, rel=1e-3)
     squeeze = robot.pressure_for(squeeze_N=force, gap_mm=gap)
-    assert robot.force_N(squeeze, gap, whole=True) == pytest.approx(force, rel=1e-3)
+    assert robot.force_N(squeeze, gap, full_back=True) == pytest.approx(force, rel=1e-3)
     with pytest.raises(
         ConfigError, match=r"angle_deg = 500: allowed: -.* to .* deg, from -20 to 50 kPa"
     ):

@@ -96,10 +96,10 @@ def read(folder: Path) -> CampaignFile:
 
 def _design(row: dict[str, Any], parameters: Sequence[str]) -> CampaignDesign:
     """A job's row as a design; its curve is that up to a failure."""
-    found = row["result"] or row["partial"] or {}
+    outcome = row["result"] or row["partial"] or {}
     config = row["arguments"]["config"]
     inputs = {key: value for key in parameters if (value := _value(config, key)) is not None}
-    return CampaignDesign.model_validate({**row, **found, "inputs": inputs})
+    return CampaignDesign.model_validate({**row, **outcome, "inputs": inputs})
 
 
 def _value(data: Any, key: str) -> Any:
@@ -129,22 +129,22 @@ def table(source: Path) -> pyarrow.Table:
     Raises:
         ConfigError: one line, where there is no campaign.
     """
-    found = read(source.parent if source.name == NAME else source)
-    designs = found.designs
+    campaign = read(source.parent if source.name == NAME else source)
+    designs = campaign.designs
 
-    def own(name: str) -> list[Any]:
-        return [getattr(each, name) for each in designs]
+    def get(name: str) -> list[Any]:
+        return [getattr(design, name) for design in designs]
 
     columns: dict[str, tuple[list[Any], pyarrow.DataType | None]] = {
-        "key": (own("key"), _TEXT), "status": (own("status"), _TEXT),
+        "key": (get("key"), _TEXT), "status": (get("status"), _TEXT),
     }  # fmt: skip
-    for key in found.parameters:
-        columns[key] = [each.inputs.get(key) for each in designs], None
-    for quantity in found.quantities:
-        columns[quantity] = [(each.outputs or {}).get(quantity) for each in designs], _NUMBER
-    columns |= {name: (own(name), kind) for name, kind in _KEPT.items()}
+    for key in campaign.parameters:
+        columns[key] = [design.inputs.get(key) for design in designs], None
+    for quantity in campaign.quantities:
+        columns[quantity] = [(design.outputs or {}).get(quantity) for design in designs], _NUMBER
+    columns |= {name: (get(name), kind) for name, kind in _KEPT.items()}
     for name in ("curve", "gradients", "versions"):
-        columns[name] = [None if each is None else json.dumps(each) for each in own(name)], _TEXT
+        columns[name] = [None if cell is None else json.dumps(cell) for cell in get(name)], _TEXT
     return pyarrow.table({name: pyarrow.array(*column) for name, column in columns.items()})
 
 
@@ -160,13 +160,13 @@ def sensitivities(source: Path) -> pyarrow.Table:
     Raises:
         ConfigError: one line, where there is no campaign.
     """
-    found = [
+    rows = [
         dict(zip(COLUMNS, (row, column, parameter, derivative), strict=True))
         for row, design in enumerate(read(source).designs)
         for column, slopes in (design.gradients or {}).items()
         for parameter, derivative in slopes.items()
     ]
-    return pyarrow.Table.from_pylist(found, _LONG)
+    return pyarrow.Table.from_pylist(rows, _LONG)
 
 
 def write(source: Path, paths: list[Path]) -> int:

@@ -90,15 +90,15 @@ def simulate(
     """
     from dolfingrip.experiments.results import record
 
-    asked = AskedDesign(
+    design = AskedDesign(
         configuration.from_dict(config), keys, ranks, None if fields is None else Path(fields)
     )
     outcome = Outcome({}, {}, {}, 0, record.versions())
     wanted = [parse(text) for text in quantities]
     for source in SOURCES:
-        some = [each for each in wanted if each.name in source.names]
+        some = [quantity for quantity in wanted if quantity.name in source.names]
         if some:
-            source.add(outcome, some, asked)
+            source.add(outcome, some, design)
     slopes = outcome.gradients or {}
     outcome.gradients = {text: slopes[text] for text in quantities if slopes.get(text)}
     return outcome

@@ -179,24 +179,24 @@ def pickup_pressure(
             break
         place = guess
     low, high = max(fails, 1), min(succeeds, highest)
-    found = least(lambda at: trial(at).picked_up is True, place, low, high)
-    fails_kPa, least_kPa = (None if at is None else at * resolution_kPa for at in found)
-    return Pickup(fails_kPa, least_kPa, _undecided(found, trial, trials.made))
+    threshold = least(lambda at: trial(at).picked_up is True, place, low, high)
+    fails_kPa, least_kPa = (None if at is None else at * resolution_kPa for at in threshold)
+    return Pickup(fails_kPa, least_kPa, _undecided(threshold, trial, trials.made))
 
 
 def _undecided(
-    found: Threshold, trial: Callable[[int], GraspTrial], made: Sequence[GraspTrial]
+    threshold: Threshold, trial: Callable[[int], GraspTrial], made: Sequence[GraspTrial]
 ) -> GraspTrial | None:
     """A grasp that was counted as no success and ended before that was decided.
 
     Args:
-        found: the threshold, which rests on the largest place that failed, or on all trials.
+        threshold: of places, which rests on the largest place that failed, or on all trials.
         trial: the one at a place.
         made: all trials of the search.
     """
-    counted = [] if found.fails is None else [trial(found.fails)]
-    counted = list(made) if found.succeeds is None else counted
-    return next((each for each in counted if each.picked_up is None), None)
+    counted = [] if threshold.fails is None else [trial(threshold.fails)]
+    counted = list(made) if threshold.succeeds is None else counted
+    return next((grasp for grasp in counted if grasp.picked_up is None), None)
 
 
 def _bearing(made: Mapping[int, GraspTrial], friction: float) -> int:
@@ -273,30 +273,30 @@ def friction(
 
 
 def _least_friction(
-    trials: GraspTrials, pressure_kPa: float, known: GraspTrial, tolerance: float, low: int = 1
+    trials: GraspTrials, pressure_kPa: float, first: GraspTrial, tolerance: float, low: int = 1
 ) -> float | None:
     """μ* at a pressure, on a grid of ``tolerance``; None where no friction picks up.
 
     Args:
         trials: grasps.
         pressure_kPa: the pressure.
-        known: a grasp there.
+        first: a grasp there.
         tolerance: distance of places.
         low: place that no answer is below, as of a higher pressure.
     """
-    start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
+    start = first.weight_N / first.normal_N if first.normal_N > 0 else first.friction
 
     def trial(place: int) -> GraspTrial:
         return trials.at(pressure_kPa, place * tolerance)
 
-    found = least(
+    threshold = least(
         lambda place: trial(place).picked_up is True,
         round(start / tolerance), low, round(LARGEST_FRICTION / tolerance),
     )  # fmt: skip
-    made = [each for each in trials.made if each.pressure_kPa == pressure_kPa]
-    if ended := _undecided(found, trial, made):
+    made = [grasp for grasp in trials.made if grasp.pressure_kPa == pressure_kPa]
+    if ended := _undecided(threshold, trial, made):
         raise Unfinished(f"μ is not known: {ended.why}")
-    return None if found.succeeds is None else found.succeeds * tolerance
+    return None if threshold.succeeds is None else threshold.succeeds * tolerance
 
 
 # -- the least place of a grid -------------------------------------------------------------------

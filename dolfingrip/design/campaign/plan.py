@@ -71,13 +71,13 @@ class Plan:
     def designs(self) -> list[Design]:
         """The designs in order, each once."""
         base = self.base.model_dump(mode="json")
-        found: dict[str, Design] = {}
+        by_key: dict[str, Design] = {}
         for inputs in self.points:
             config = deepcopy(base)
             tables.put(config, inputs)
             key = self._key(config)
-            found.setdefault(key, Design(key, inputs, config))
-        return list(found.values())
+            by_key.setdefault(key, Design(key, inputs, config))
+        return list(by_key.values())
 
     def _key(self, config: dict[str, Any]) -> str:
         content: dict[str, Any] = {
@@ -185,15 +185,15 @@ def _counted(base: dict[str, Any]) -> dict[str, Any]:
 
 def _told(table: dict[str, Any]) -> dict[str, Any]:
     """A table without values that say nothing: None, and tables of such values."""
-    told = {k: _told(v) if isinstance(v, dict) else v for k, v in table.items()}
-    return {k: v for k, v in told.items() if v is not None and v != {}}
+    cleaned = {k: _told(v) if isinstance(v, dict) else v for k, v in table.items()}
+    return {k: v for k, v in cleaned.items() if v is not None and v != {}}
 
 
-def quantities(asked: Sequence[str], objective: str = OBJECTIVE) -> tuple[str, ...]:
+def quantities(texts: Sequence[str], objective: str = OBJECTIVE) -> tuple[str, ...]:
     """Return the quantities that are asked for, each once.
 
     Args:
-        asked: their texts, such as ``force_N at 250 kPa``.
+        texts: of quantities, such as ``force_N at 250 kPa``.
         objective: import path of what computes them.
 
     Returns:
@@ -202,5 +202,5 @@ def quantities(asked: Sequence[str], objective: str = OBJECTIVE) -> tuple[str, .
     Raises:
         ConfigError: one line, where one is unknown.
     """
-    known = objective == OBJECTIVE
-    return tuple(dict.fromkeys(str(parse(text)) if known else text for text in asked))
+    usual = objective == OBJECTIVE
+    return tuple(dict.fromkeys(str(parse(text)) if usual else text for text in texts))

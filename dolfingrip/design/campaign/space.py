@@ -69,8 +69,8 @@ def parse(text: str) -> Varied:
         ConfigError: one line, where the key is no number of the configuration or a bound lies
             outside its range.
     """
-    key, separator, rest = text.partition("=")
-    key, parts = key.strip(), rest.split(":")
+    key, separator, bounds = text.partition("=")
+    key, parts = key.strip(), bounds.split(":")
     form = f"--parameter {text}: allowed: section.name=low:high or section.name=low:high:count"
     if not separator or len(parts) not in (2, 3):
         raise ConfigError(form)
@@ -114,11 +114,11 @@ def points(
         if number is None or not 1 <= number <= MOST:
             raise ConfigError(f"--points {kind}: --number = {number}; allowed: 1 to {MOST}")
         shares = _samples(len(parameters), kind, number, seed)
-    found: list[Inputs] = [
+    designs: list[Inputs] = [
         {p.key: p.value(float(share)) for p, share in zip(parameters, row, strict=True)}
         for row in shares
     ]
-    return list({tuple(point.values()): point for point in found}.values())
+    return list({tuple(point.values()): point for point in designs}.values())
 
 
 def _grid(parameters: Sequence[Varied], number: int | None) -> np.ndarray:

@@ -48,11 +48,11 @@ SHORTEST, LONGEST, NEAR = 1 / 3, 3.0, 0.1
 """Lengths of a curve, and the distance of its beginning from the clamp, by the finger's length."""
 
 
-def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objective]:
+def given(objective: Objective, folder: Path, base: Config) -> tuple[Config, Objective]:
     """Return a configuration with the curve that an objective asks for, and the objective.
 
     Args:
-        asked: the table of a design file; without a curve both stay as they are.
+        objective: the table of a design file; without a curve both stay as they are.
         folder: that its files are relative to.
         base: configuration of the finger.
 
@@ -63,52 +63,52 @@ def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objecti
         ConfigError: one line, where there is no curve that a finger can be compared with.
     """
     length_mm = base.geometry.length_mm
-    if asked.wrap is not None:
-        kind = {"kind": asked.wrap}
-        if asked.wrap.lower().endswith(".stl"):
-            kind = {"kind": "file", "file": str((folder / asked.wrap).resolve())}
-        return base.changed(obstacle=kind), asked
-    found: list[tuple[str, Floats]] = []
-    for file in asked.match or ():
-        found.append((f"{OPTION} = {file.name}", _of_file(folder / file)))
-    for circle in asked.match_circle or ():
-        found.append((f"{OPTION}_circle", _circle(circle, length_mm)))
-    for cubic in asked.match_cubic or ():
-        found.append((f"{OPTION}_cubic", _cubic(cubic)))
-    if found:
-        lines = [_comparable(said, points, length_mm) for said, points in found]
-        return base.changed(curve=_at_pressures(lines, asked)), asked
-    if asked.match_path is not None:
-        said = f"{OPTION}_path = {asked.match_path.name}"
-        rows = _csv(folder / asked.match_path, said, ("pressure_kPa", "x_mm", "z_mm"))
-        pressures, x, z = (tuple(map(float, each)) for each in _way(said, rows, length_mm).T)
+    if objective.wrap is not None:
+        kind = {"kind": objective.wrap}
+        if objective.wrap.lower().endswith(".stl"):
+            kind = {"kind": "file", "file": str((folder / objective.wrap).resolve())}
+        return base.changed(obstacle=kind), objective
+    curves: list[tuple[str, Floats]] = []
+    for file in objective.match or ():
+        curves.append((f"{OPTION} = {file.name}", _of_file(folder / file)))
+    for circle in objective.match_circle or ():
+        curves.append((f"{OPTION}_circle", _circle(circle, length_mm)))
+    for cubic in objective.match_cubic or ():
+        curves.append((f"{OPTION}_cubic", _cubic(cubic)))
+    if curves:
+        lines = [_comparable(said, points, length_mm) for said, points in curves]
+        return base.changed(curve=_at_pressures(lines, objective)), objective
+    if objective.match_path is not None:
+        said = f"{OPTION}_path = {objective.match_path.name}"
+        rows = _csv(folder / objective.match_path, said, ("pressure_kPa", "x_mm", "z_mm"))
+        pressures, x, z = (tuple(map(float, series)) for series in _way(said, rows, length_mm).T)
         for key in (f"at_{column}" for column in UNITS.values()):
-            if (value := getattr(asked, key)) is not None:
+            if (value := getattr(objective, key)) is not None:
                 words = "allowed: without match_path, whose pressures count"
                 raise ConfigError(f"objective.{key} = {value}: {words}")
-        asked = asked.model_copy(update={"at_pressure_kPa": pressures})
-        return base.changed(curve={"x_mm": x, "z_mm": z, "pressure_kPa": pressures}), asked
-    return base, asked
+        objective = objective.model_copy(update={"at_pressure_kPa": pressures})
+        return base.changed(curve={"x_mm": x, "z_mm": z, "pressure_kPa": pressures}), objective
+    return base, objective
 
 
-def _at_pressures(lines: Sequence[Floats], asked: Objective) -> dict[str, Any]:
+def _at_pressures(lines: Sequence[Floats], objective: Objective) -> dict[str, Any]:
     """The table of a curve at all pressures, or of one for each.
 
     Raises:
         ConfigError: one line, where there are not as many pressures as curves.
     """
-    pressures = asked.at_pressure_kPa
+    pressures = objective.at_pressure_kPa
     at = pressures if isinstance(pressures, tuple) else ()
     if len(lines) > 1 and len(set(at)) != len(lines):
         given = "none" if pressures is None else pressures
         words = f"allowed: {len(lines)} that differ, one for each curve"
         raise ConfigError(f"objective.at_pressure_kPa = {given}: {words}")
     order = np.argsort(at) if len(lines) > 1 else [0]
-    x, z = (tuple(map(float, each)) for each in np.concatenate([lines[i] for i in order]).T)
-    found = {"x_mm": x, "z_mm": z, "ends": asked.ends}
+    x, z = (tuple(map(float, series)) for series in np.concatenate([lines[i] for i in order]).T)
+    table = {"x_mm": x, "z_mm": z, "ends": objective.ends}
     if len(lines) > 1:
-        found["pressure_kPa"] = tuple(at[i] for i in order for _ in lines[i])
-    return found
+        table["pressure_kPa"] = tuple(at[i] for i in order for _ in lines[i])
+    return table
 
 
 def _comparable(said: str, points: Floats, length_mm: float) -> Floats:
@@ -177,21 +177,21 @@ def _in_mm(said: str, size_mm: float, what: str, length_mm: float) -> None:
         )
 
 
-def _circle(asked: Circle, length_mm: float) -> Floats:
+def _circle(circle: Circle, length_mm: float) -> Floats:
     """Points of a straight piece and a part of a circle."""
-    left = max(length_mm - asked.straight_mm, 0.0) / asked.radius_mm
-    angle = left if asked.angle_deg is None else math.radians(asked.angle_deg)
-    side, turns = math.copysign(asked.radius_mm, angle), np.linspace(0.0, angle, 2 * SAMPLES)
-    arc = np.stack([side * (np.cos(turns) - 1), asked.straight_mm + side * np.sin(turns)], axis=1)
+    left = max(length_mm - circle.straight_mm, 0.0) / circle.radius_mm
+    angle = left if circle.angle_deg is None else math.radians(circle.angle_deg)
+    side, turns = math.copysign(circle.radius_mm, angle), np.linspace(0.0, angle, 2 * SAMPLES)
+    arc = np.stack([side * (np.cos(turns) - 1), circle.straight_mm + side * np.sin(turns)], axis=1)
     return np.concatenate([[[0.0, 0.0]], arc])
 
 
-def _cubic(asked: Cubic) -> Floats:
+def _cubic(cubic: Cubic) -> Floats:
     """Points of a Bézier curve."""
     share = np.linspace(0.0, 1.0, 2 * SAMPLES)[:, None]
     powers = np.arange(4)
     weights = np.array([1, 3, 3, 1]) * share**powers * (1 - share) ** powers[::-1]
-    return np.asarray(weights @ np.array([asked.x_mm, asked.z_mm]).T)
+    return np.asarray(weights @ np.array([cubic.x_mm, cubic.z_mm]).T)
 
 
 def _of_file(file: Path) -> Floats:
@@ -217,15 +217,15 @@ def _csv(file: Path, said: str = "", columns: Sequence[str] = ("x_mm", "z_mm")) 
         allowed = ", ".join(columns)
         raise ConfigError(f"{said}: columns {', '.join(names) or 'none'}; allowed: {allowed}")
     rows.fieldnames = names
-    found = []
+    numbers = []
     for number, row in enumerate(rows, 2):
         try:
-            found.append([float(row[name]) for name in columns])
+            numbers.append([float(row[name]) for name in columns])
         except (TypeError, ValueError):
             count = {2: "two", 3: "three"}[len(columns)]
             words = f"allowed: {count} numbers, {' and '.join(columns)}"
             raise ConfigError(f"{said}: line {number}: {words}") from None
-    return np.array(found, dtype=float).reshape(-1, len(columns))
+    return np.array(numbers, dtype=float).reshape(-1, len(columns))
 
 
 def _svg(file: Path) -> Floats:
@@ -252,7 +252,7 @@ def _svg(file: Path) -> Floats:
     for piece in paths[0]:
         count = 2 if isinstance(piece, Line) else SAMPLES
         places += [piece.point(share) for share in np.linspace(0, 1, count)]
-    return scale * np.array([[each.real, each.imag] for each in places]).reshape(-1, 2)
+    return scale * np.array([[place.real, place.imag] for place in places]).reshape(-1, 2)
 
 
 def _dxf(file: Path) -> Floats:
@@ -266,17 +266,17 @@ def _dxf(file: Path) -> Floats:
         raise ConfigError(f"{said}: {error.strerror or 'not a DXF'}") from None
     except ezdxf.DXFError as error:
         raise ConfigError(f"{said}: not a DXF that can be read: {error}") from None
-    found = []
+    paths = []
     for entity in drawing.modelspace():
         try:
-            found.append(path.make_path(entity))
+            paths.append(path.make_path(entity))
         except TypeError:  # a text, a dimension
             continue
-    _one(said, len(found))
+    _one(said, len(paths))
     unit = units.InsertUnits(drawing.units)
     scale = units.conversion_factor(unit, units.InsertUnits.Millimeters) if unit else 1.0
-    flat = found[0].flattening(0.01 / scale)
-    return scale * np.array([[each.x, each.y] for each in flat]).reshape(-1, 2)
+    flat = paths[0].flattening(0.01 / scale)
+    return scale * np.array([[point.x, point.y] for point in flat]).reshape(-1, 2)
 
 
 def _one(said: str, count: int) -> None:
@@ -300,8 +300,8 @@ def backwards(problem: Problem) -> str:
     if curve is None or curve.of_tip:
         return ""
     length_mm = problem.nominal.base.geometry.length_mm
-    told = (_backwards(Polyline(each), curve, length_mm) for each in curve.lines)
-    return "; ".join(filter(None, told))
+    remarks = (_backwards(Polyline(points), curve, length_mm) for points in curve.lines)
+    return "; ".join(filter(None, remarks))
 
 
 def _backwards(line: Polyline, curve: CurveTarget, length_mm: float) -> str:
@@ -363,9 +363,9 @@ def _nearest_mm(line: Polyline, curve: CurveTarget, length_mm: float, most: Floa
         every = len(SHARES) // PIECES
         starts.append(np.diff(_forwards(line)[1][::every], prepend=0.0))
     low, high = np.append(np.zeros(PIECES), 1.0), np.append(most, STRETCHED) + 2 * TINY
-    inside = [np.clip(np.append(each, 1.0), low + TINY, high - TINY) for each in starts]
+    inside = [np.clip(np.append(start, 1.0), low + TINY, high - TINY) for start in starts]
     limits = {"bounds": (low, high), "ftol": ENOUGH, "xtol": ENOUGH}
-    costs = [least_squares(distances, each, **limits).cost for each in inside]
+    costs = [least_squares(distances, start, **limits).cost for start in inside]
     return math.sqrt(2 * min(costs) / (1 if curve.of_tip else len(shares)))
 
 
@@ -378,16 +378,16 @@ def forecast(problem: Problem) -> str:
     Args:
         problem: whose objective may be a curve.
     """
-    base, asked = problem.nominal.base, problem.objective
+    base, objective = problem.nominal.base, problem.objective
     curve, length_mm = base.curve, base.geometry.length_mm
     if curve is None:
         return ""
-    pressures = asked.values if asked.where == PRESSURE.name else ()
+    pressures = objective.values if objective.where == PRESSURE.name else ()
     softest, within = most_turned(problem), []
     for pressure_kPa in pressures or (base.experiment.max_pressure_kPa,):
         line, most = curve.targets()(pressure_kPa), softest * pressure_kPa
         limits = np.full(PIECES, np.inf), most
-        within.append([_nearest_mm(line, curve, length_mm, each) for each in limits])
+        within.append([_nearest_mm(line, curve, length_mm, limit) for limit in limits])
     apart, near = np.sqrt((np.array(within) ** 2).mean(axis=0))
     turned = (
         f"it turns by about {np.degrees(most.sum()):.0f}° at {pressure_kPa:g} kPa (an estimate)"
@@ -411,13 +411,13 @@ def most_turned(problem: Problem) -> Floats:
     Returns:
         The turns; infinite where the finger is not made of boxes.
     """
-    found = problem.nominal.base
-    for each in problem.variables:
-        for end in (each.low, each.high):
+    config = problem.nominal.base
+    for variable in problem.variables:
+        for end in (variable.low, variable.high):
             with suppress(ConfigError):  # ends of all ranges need not go together
-                other = changed(found, {each.key: end})
-                found = max(found, other, key=lambda one: _turned(one).sum())
-    turned = _turned(found)
+                other = changed(config, {variable.key: end})
+                config = max(config, other, key=lambda one: _turned(one).sum())
+    turned = _turned(config)
     return turned if turned.any() else np.full(PIECES, np.inf)
 
 
@@ -441,7 +441,7 @@ def _chambers(geometry: Geometry) -> list[tuple[Box, float]]:
     solid = geometry.solid()
     if not isinstance(solid, BoxSolid):
         return []
-    along = [each[2] for each in solid.cavity]
+    along = [hollow[2] for hollow in solid.cavity]
     return [
         (box, thickness_mm(box, 2, 1, solid))
         for box in solid.cavity
@@ -479,16 +479,16 @@ AT_BOUND: Final = 1e-6
 """Part of its range within which a parameter is at its bound."""
 
 
-def matched(problem: Problem, found: Descent) -> MatchedCurve | None:
+def matched(problem: Problem, descent: Descent) -> MatchedCurve | None:
     """Say how near a design comes to its curve, and which bounds stop it; None without a curve.
 
     Args:
         problem: that was solved.
-        found: how.
+        descent: how.
     """
     if not problem.parts:
         return None
-    best = found.best
+    best = descent.best
     rms_mm = math.sqrt(best.objective)
     slopes = best.signed_slopes[int(best.signed.argmax())] / Scaling(problem.variables).size
     stops = {}
@@ -499,7 +499,7 @@ def matched(problem: Problem, found: Descent) -> MatchedCurve | None:
     ranked = dict(sorted(stops.items(), key=lambda each: -each[1]))
     return MatchedCurve(
         rms_mm=rms_mm,
-        start_rms_mm=math.sqrt(found.start.objective),
+        start_rms_mm=math.sqrt(descent.start.objective),
         stops_mm_per_unit=ranked,
         tied=_tied(problem, best),
     )
@@ -524,10 +524,10 @@ def _tied(problem: Problem, trial: Trial) -> dict[str, dict[str, float]]:
     from scipy.linalg import qr
 
     basis, sizes = weak(trial), Scaling(problem.variables).size
-    keys = [each.key for each in problem.variables]
+    keys = [variable.key for variable in problem.variables]
     free = qr(basis.T, mode="r", pivoting=True)[1][: basis.shape[1]]
-    found = {}
+    ties = {}
     for one, row in sorted(zip(free, np.linalg.solve(basis[free].T, basis.T), strict=True)):
         with_it = [i for i in np.flatnonzero(np.abs(row) > SMALL_PART) if i != one]
-        found[keys[one]] = {keys[i]: float(row[i] * sizes[i] / sizes[one]) for i in with_it}
-    return found
+        ties[keys[one]] = {keys[i]: float(row[i] * sizes[i] / sizes[one]) for i in with_it}
+    return ties

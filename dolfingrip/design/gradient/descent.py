@@ -152,10 +152,10 @@ class TrustRegionSQP:
         if not self._limit:
             given = self._shapes.at(self._values(scaled))
             self._limit = [
-                given.value(each.quantity.name)
-                if each.limit is None and each.quantity.experiment is None
-                else (float("nan") if each.limit is None else each.limit)
-                for each in problem.limits
+                given.value(limit.quantity.name)
+                if limit.limit is None and limit.quantity.experiment is None
+                else (float("nan") if limit.limit is None else limit.limit)
+                for limit in problem.limits
             ]
         here = self._simulated(self._into_limits(scaled if begin is None else begin))
         if here.failure:
@@ -175,14 +175,14 @@ class TrustRegionSQP:
                 curvature = here.of_parts + self._policy.ridge * size * np.eye(n)
             model = ObjectiveModel(here.signed, here.signed_slopes, curvature)
             rows = bundle(here, trials, bend, self._policy.bundle)
-            found = self._step(here, model, rows, radius)
-            if found is None:
+            proposal = self._step(here, model, rows, radius)
+            if proposal is None:
                 radius *= self._policy.failed
                 if radius < self._policy.least_radius:
                     ending = "no shorter step keeps the limits of the shape"
                     break
                 continue
-            step, expected = found
+            step, expected = proposal
             kept = here.excess <= self._policy.broken
             if kept and expected < self._policy.enough * abs(float(here.signed.max())):
                 ending = "no step promises more"
@@ -248,15 +248,15 @@ class TrustRegionSQP:
     def _simulated(self, scaled: Floats) -> Trial:
         values = self._values(scaled)
         shape = self._shapes.at(values)
-        found = self._simulations.at(values)
-        self._spent += found.simulations
-        self._seconds += found.seconds
-        trial = Trial(scaled, values, shape, self._spent, failure=found.failure)
-        if not found.failure:
-            self._fill(trial, found)
+        numbers = self._simulations.at(values)
+        self._spent += numbers.simulations
+        self._seconds += numbers.seconds
+        trial = Trial(scaled, values, shape, self._spent, failure=numbers.failure)
+        if not numbers.failure:
+            self._fill(trial, numbers)
         return trial
 
-    def _fill(self, trial: Trial, found: DesignNumbers) -> None:
+    def _fill(self, trial: Trial, numbers: DesignNumbers) -> None:
         """Objective and limits of a simulated design, scaled."""
         problem, shape = self._problem, trial.shape
         if problem.objective.experiment is None:
@@ -264,22 +264,22 @@ class TrustRegionSQP:
             trial.signed = problem.sign * np.array([shape.value(name)])
             trial.signed_slopes = problem.sign * (shape.gradient(name) * self._range)[None]
         else:
-            each = [by[problem.objective] for by in found.by_condition]
-            trial.signed = problem.sign * np.array([one.value for one in each])
+            objectives = [by[problem.objective] for by in numbers.by_condition]
+            trial.signed = problem.sign * np.array([one.value for one in objectives])
             trial.signed_slopes = problem.sign * np.array(
-                [one.slopes * self._range for one in each]
+                [one.slopes * self._range for one in objectives]
             )
         trial.objective = problem.sign * float(trial.signed.max())
         if problem.parts:
-            worst = found.by_condition[int(trial.signed.argmax())]
-            turns = np.array([worst[each].slopes * self._range for each in problem.parts])
+            worst = numbers.by_condition[int(trial.signed.argmax())]
+            turns = np.array([worst[part].slopes * self._range for part in problem.parts])
             trial.of_parts = 2 * turns.T @ turns / max(len(problem.objective.values), 1)
         values, slopes = [], []
         for i, limit in enumerate(problem.limits):
             if limit.quantity.experiment is None:
                 trial.limits.append(shape.value(limit.quantity.name))
                 continue
-            measured = [by[limit.quantity] for by in found.by_condition]
+            measured = [by[limit.quantity] for by in numbers.by_condition]
             if np.isnan(self._limit[i]):
                 self._limit[i] = limit.sign * max(limit.sign * one.value for one in measured)
             size = size_of(self._limit[i])
@@ -322,11 +322,11 @@ class TrustRegionSQP:
             step = self._rounded(here.scaled + step) - here.scaled
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
-                whole = True
+                full = True
                 while held.folds(shape):
                     # slopes lead nowhere there; they are taken on the way from the last shape
                     far = np.abs(step - last).max() > self._policy.least_radius
-                    whole, step = (
+                    full, step = (
                         False,
                         self._rounded(here.scaled + (last + far * step) / (1 + far)),
                     )
@@ -336,7 +336,7 @@ class TrustRegionSQP:
                 worst = held.worst(shape)
             except ConfigError:
                 return None
-            if whole and worst <= self._policy.kept:
+            if full and worst <= self._policy.kept:
                 expected = model.at(np.zeros(n)) - model.at(step)
                 enough = aimed or expected > self._policy.enough * abs(float(model.values.max()))
                 return (step, expected) if enough else None
@@ -377,7 +377,7 @@ def bundle(here: Trial, trials: Sequence[Trial], bend: Floats, last: int) -> Row
     at other designs tells of those; none of them may exclude the design itself.
     """
     rows = Rows(here.above, here.above_slopes, bend)
-    around = [each for each in trials if each is not here and not each.failure]
+    around = [trial for trial in trials if trial is not here and not trial.failure]
     for other in around[-last:]:
         values = other.above + other.above_slopes @ (here.scaled - other.scaled)
         rows = rows.with_rows(Rows(np.minimum(values, here.above), other.above_slopes, bend))
@@ -403,5 +403,5 @@ def bfgs_update(curvature: Floats, step: Floats, turn: Floats, *, fresh: bool) -
         share = 0.8 * size / (size - along)
         turn = share * turn + (1 - share) * bent
         along = float(step @ turn)
-    found = curvature - np.outer(bent, bent) / size + np.outer(turn, turn) / along
-    return np.asarray((found + found.T) / 2)
+    updated = curvature - np.outer(bent, bent) / size + np.outer(turn, turn) / along
+    return np.asarray((updated + updated.T) / 2)

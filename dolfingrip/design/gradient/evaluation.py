@@ -60,14 +60,14 @@ class DesignSimulations:
         if problem.against is not None:
             wanted.append(problem.against)
         wanted += problem.parts
-        self.quantities = list(dict.fromkeys(each for each in wanted if each.experiment))
-        starts = [each.start for each in problem.variables]
-        self._starts = [each.config(problem.variables, starts) for each in problem.conditions]
+        self.quantities = list(dict.fromkeys(q for q in wanted if q.experiment))
+        starts = [v.start for v in problem.variables]
+        self._starts = [case.config(problem.variables, starts) for case in problem.conditions]
 
     @property
     def experiments(self) -> list[str]:
         """Experiments of a design, in the order of the quantities."""
-        return list(dict.fromkeys(str(each.experiment) for each in self.quantities))
+        return list(dict.fromkeys(str(q.experiment) for q in self.quantities))
 
     def at(
         self,
@@ -88,7 +88,7 @@ class DesignSimulations:
         Raises:
             ConfigError: one line, where there is no such finger.
         """
-        keys = [each.key for each in self._problem.variables] if gradients else None
+        keys = [v.key for v in self._problem.variables] if gradients else None
         requests: list[Request] = []
         owners: list[tuple[int, list[Quantity]]] = []
         for number in range(len(self._problem.conditions)) if only is None else only:
@@ -98,27 +98,27 @@ class DesignSimulations:
             if finer is not None:
                 config, made_for = finer(config), finer(made_for)
             for experiment in self.experiments:
-                asked = [each for each in self.quantities if each.experiment == experiment]
+                wanted = [q for q in self.quantities if q.experiment == experiment]
                 if experiment == GRASP:
                     requests.append(Request.of(experiment, config))
                 else:
-                    requests.append(at_places(experiment, asked, config, keys, made_for=made_for))
-                owners.append((number, asked))
+                    requests.append(at_places(experiment, wanted, config, keys, made_for=made_for))
+                owners.append((number, wanted))
         answers = self._compute(requests)
-        found = DesignNumbers(
+        numbers = DesignNumbers(
             [{} for _ in self._problem.conditions],
             len(requests),
-            sum(each.wall_s or 0.0 for each in answers),
+            sum(reply.wall_s or 0.0 for reply in answers),
         )
-        for (number, asked), request, answer in zip(owners, requests, answers, strict=True):
+        for (number, wanted), request, answer in zip(owners, requests, answers, strict=True):
             if answer.failure_class is not None:
-                found.failure = found.failure or f"{answer.failure_class}: {answer.failure}"
+                numbers.failure = numbers.failure or f"{answer.failure_class}: {answer.failure}"
                 continue
-            for one in asked:
+            for one in wanted:
                 if one.experiment == GRASP:  # which has no slopes
                     value, slopes = outputs_of(answer)[one.name], dict[str, float]()
                 else:
                     value, slopes = read(one, request, answer)
-                by_variable = np.array([slopes.get(each, np.nan) for each in keys or ()])
-                found.by_condition[number][one] = NumberWithSlopes(value, by_variable)
-        return found
+                by_variable = np.array([slopes.get(key, np.nan) for key in keys or ()])
+                numbers.by_condition[number][one] = NumberWithSlopes(value, by_variable)
+        return numbers

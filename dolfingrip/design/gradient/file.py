@@ -74,12 +74,12 @@ def quantity(option: str, name: str, places: Places, experiment: str | None) -> 
             f"{said}: of a grasp at experiment.max_pressure_kPa; allowed: the objective, without a "
             "place"
         )
-    found = index.quantity(said, name, places, experiment)
-    if found.experiment not in (None, GRASP) and not found.where:
+    wanted = index.quantity(said, name, places, experiment)
+    if wanted.experiment not in (None, GRASP) and not wanted.where:
         raise ConfigError(
             f"{said}: 0 places; allowed: one of at_pressure_kPa, at_force_N, at_angle_deg"
         )
-    return found
+    return wanted
 
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]

@@ -72,13 +72,13 @@ class _Signed:
         self._size, self._seed = size, seed
         self._process: GradientProcess | None = None
 
-    def learn(self, shape: UnloadedShape, found: DesignNumbers) -> None:
+    def learn(self, shape: UnloadedShape, numbers: DesignNumbers) -> None:
         """Add a design: its shape, or the condition in which it is worst."""
         if self.exact is not None:
             self.values.append(shape.value(self.quantity.name))
             return
-        each = [by[self.quantity] for by in found.by_condition]
-        worst = max(each, key=lambda one: self.sign * one.value)
+        by_condition = [by[self.quantity] for by in numbers.by_condition]
+        worst = max(by_condition, key=lambda one: self.sign * one.value)
         self.values.append(worst.value)
         self._slopes.append(worst.slopes * self._size)
 
@@ -104,7 +104,7 @@ class FrontFinder:
 
     Args:
         problem: without limits of simulated quantities.
-        asked: range of the limits, and how sure the front shall be.
+        table: range of the limits, and how sure the front shall be.
         compute: what computes jobs.
         say: called with the number of simulations, the uncertainty and whether the last one failed.
     """
@@ -112,15 +112,15 @@ class FrontFinder:
     def __init__(
         self,
         problem: Problem,
-        asked: FrontTable,
+        table: FrontTable,
         compute: Compute,
         say: Callable[[int, float, bool], None] = lambda done, unsure, failed: None,
     ) -> None:
         assert problem.against is not None
-        self._problem, self._asked, self._say = problem, asked, say
+        self._problem, self._asked, self._say = problem, table, say
         self._simulations = DesignSimulations(problem, compute)
         self._shapes, self._scaling = UnloadedShapes(problem), Scaling(problem.variables)
-        size, sign = self._scaling.size, 1.0 if asked.sense == "at most" else -1.0
+        size, sign = self._scaling.size, 1.0 if table.sense == "at most" else -1.0
         self._limited = _Signed(problem.against, sign, size, SEED + 1)
         self._improved = _Signed(problem.objective, problem.sign, size, SEED)
 
@@ -149,39 +149,39 @@ class FrontFinder:
             else:
                 chosen = int(front.best[int(np.argmax(front.deviation))])
             values = self._scaling.values(candidates[chosen])
-            found = self._simulations.at(values)
-            spent += found.simulations
-            if found.failure:
-                failed, failure = failed + 1, found.failure
+            numbers = self._simulations.at(values)
+            spent += numbers.simulations
+            if numbers.failure:
+                failed, failure = failed + 1, numbers.failure
                 free = np.arange(len(candidates)) != chosen
                 candidates = candidates[free]
-                for each in (self._limited, self._improved):
-                    each.exact = None if each.exact is None else each.exact[free]
+                for signed in (self._limited, self._improved):
+                    signed.exact = None if signed.exact is None else signed.exact[free]
                 seen = [i - (i > chosen) for i in seen]
                 taken = [i - (i > chosen) for i in taken]
             else:
                 seen.append(chosen)
-                for each in (self._limited, self._improved):
-                    each.learn(self._shapes.at(values), found)
+                for signed in (self._limited, self._improved):
+                    signed.learn(self._shapes.at(values), numbers)
             if len(seen) >= 2:
                 front = self._front(candidates, seen)
                 areas.append(float(np.trapezoid(front.mean.max() - front.mean, front.limits)))
                 unsure.append(float(front.deviation.max()) / (float(np.ptp(front.mean)) or 1.0))
-            self._say(spent, unsure[-1] if unsure else 1.0, bool(found.failure))
+            self._say(spent, unsure[-1] if unsure else 1.0, bool(numbers.failure))
             if len(seen) + failed >= len(taken) and front and unsure[-1] < self._asked.unsure:
                 break
         if front is None:
             raise ConfigError(f"front: no two designs could be simulated: {failure}")
         limited, improved = self._limited, self._improved
         intervals = self._places(candidates, seen, front)
-        keys = [each.key for each in self._problem.variables]
+        keys = [v.key for v in self._problem.variables]
         sense: Sense = "minimise" if self._problem.sign > 0 else "maximise"
         return FrontFile(
             objectives=(
                 objective(str(limited.quantity), self._asked.sense),
                 objective(str(improved.quantity), sense),
             ),
-            ranges={each.key: (each.low, each.high) for each in self._problem.variables},
+            ranges={v.key: (v.low, v.high) for v in self._problem.variables},
             levels=tuple(
                 FrontLevel(
                     limit=limited.sign * float(front.limits[i]),
@@ -220,15 +220,15 @@ class FrontFinder:
         else:
             every = np.asarray(qmc.Sobol(count, rng=SEED).random(CANDIDATES))
         of_shape = [q for q in (self._limited, self._improved) if q.quantity.experiment is None]
-        numbers = np.array([self._numbers(each, of_shape) for each in every])
+        numbers = np.array([self._numbers(scaled, of_shape) for scaled in every])
         kept = ~np.isnan(numbers[:, 0])
         if self._limited in of_shape:
             at = self._limited.sign * numbers[:, 1]
             kept &= (at >= self._asked.low) & (at <= self._asked.high)
             if not kept.any():
                 self._refuse(at)
-        for each, column in zip(of_shape, numbers[kept].T[1:], strict=True):
-            each.exact = column
+        for signed, column in zip(of_shape, numbers[kept].T[1:], strict=True):
+            signed.exact = column
         return np.asarray(every[kept])
 
     def _numbers(self, scaled: Floats, of_shape: Sequence[_Signed]) -> list[float]:
@@ -239,7 +239,7 @@ class FrontFinder:
                 value = shape.value(limit.quantity.name)
                 if limit.limit is not None and limit.sign * (value - limit.limit) > 0:
                     raise ConfigError(str(limit))
-            return [0.0, *(each.sign * shape.value(each.quantity.name) for each in of_shape)]
+            return [0.0, *(signed.sign * shape.value(signed.quantity.name) for signed in of_shape)]
         except ConfigError:
             return [np.nan] * (1 + len(of_shape))
 
@@ -279,9 +279,9 @@ class FrontFinder:
         limits: Floats = np.linspace(low, max(low, high), LEVELS, dtype=float)
         within = against[None] <= limits[:, None] + SAME
         best = np.where(within, mean[None], np.inf).argmin(axis=1)
-        found = mean[best]
-        slope = np.gradient(found, limits) if limits[0] < limits[-1] else np.zeros(LEVELS)
-        return _Front(limits, best, found, np.hypot(deviation[best], slope * sure[best]))
+        best_mean = mean[best]
+        slope = np.gradient(best_mean, limits) if limits[0] < limits[-1] else np.zeros(LEVELS)
+        return _Front(limits, best, best_mean, np.hypot(deviation[best], slope * sure[best]))
 
     def _places(self, candidates: Floats, seen: Sequence[int], front: _Front) -> Floats:
         """Best value of each variable for each limit, and its interval by drawn functions.
@@ -296,12 +296,12 @@ class FrontFinder:
         worst = front.mean + 4 * front.deviation
         near = mean - 4 * deviation <= worst[np.minimum(level, len(front.limits) - 1)]
         near[front.best] = True
-        drawn, own = (each.draws(candidates, near) for each in (self._improved, self._limited))
+        drawn, limited = (goal.draws(candidates, near) for goal in (self._improved, self._limited))
         ends = []
         for limit in front.limits:
-            best = np.where(own <= limit + SAME, drawn, np.inf).argmin(axis=1)
+            best = np.where(limited <= limit + SAME, drawn, np.inf).argmin(axis=1)
             tails = [(1 - SHARE) / 2, (1 + SHARE) / 2]
             ends.append(np.quantile(candidates[near][best], tails, axis=0))
         low, high = np.transpose(ends, (1, 0, 2))
-        values = [self._scaling.values(each) for each in (candidates[front.best], low, high)]
+        values = [self._scaling.values(scaled) for scaled in (candidates[front.best], low, high)]
         return np.stack(values, axis=2)

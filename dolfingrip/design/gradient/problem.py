@@ -50,9 +50,9 @@ class Scaling:
     """
 
     def __init__(self, variables: Sequence[Variable]) -> None:
-        self.low = np.array([each.low for each in variables])
-        self.size = np.array([each.high for each in variables]) - self.low
-        self.start = self.parts(np.array([each.start for each in variables]))
+        self.low = np.array([v.low for v in variables])
+        self.size = np.array([v.high for v in variables]) - self.low
+        self.start = self.parts(np.array([v.start for v in variables]))
 
     def parts(self, values: Floats) -> Floats:
         """Scale values, shape (…, variables)."""
@@ -103,10 +103,10 @@ class Condition:
         Raises:
             ConfigError: one line, where there is no such finger.
         """
-        given = dict(zip((each.key for each in variables), values, strict=True))
+        given = dict(zip((v.key for v in variables), values, strict=True))
         config = changed(self.base, given)
         if self.change:
-            now = {each.key: each.value(config) for each in find(config, list(self.change))}
+            now = {p.key: p.value(config) for p in find(config, list(self.change))}
             config = changed(config, {key: now[key] + self.change[key] for key in now})
         return config
 
@@ -138,13 +138,13 @@ class Problem:
     @property
     def parts(self) -> tuple[Quantity, ...]:
         """Numbers whose squares add up to nearly the objective, for each place; () if none do."""
-        asked = self.objective
-        if asked.name != CURVE.name:
+        goal = self.objective
+        if goal.name != CURVE.name:
             return ()
-        values: list[tuple[float, ...]] = [(each,) for each in asked.values] or [()]
+        values: list[tuple[float, ...]] = [(place,) for place in goal.values] or [()]
         curve = self.nominal.base.curve
         names = CURVE_PARTS[:2] if curve is not None and curve.of_tip else CURVE_PARTS
-        return tuple(replace(asked, name=name, values=value) for name in names for value in values)
+        return tuple(replace(goal, name=name, values=value) for name in names for value in values)
 
     @property
     def nominal(self) -> Condition:

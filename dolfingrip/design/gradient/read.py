@@ -48,35 +48,35 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
         ConfigError: one line about bad input.
     """
     data = tables.whole(file, "FILE")
-    asked = checked(File, data)
-    given = {**tables.assignments(asked.set, "set"), **overrides}
-    base = configuration.load(_beside(file, asked.config), given)
+    spec = checked(File, data)
+    given = {**tables.assignments(spec.set, "set"), **overrides}
+    base = configuration.load(_beside(file, spec.config), given)
     if base.experiment.control != "pressure":
         raise ConfigError(
             f'experiment.control = "{base.experiment.control}": allowed: "pressure" for a design'
         )
     _without_memory(base)
-    key, name = _objective(asked.objective)
+    key, name = _objective(spec.objective)
     sign = -1.0 if key == "maximise" else 1.0
-    base, improved = curve.given(asked.objective, file.parent, base)
+    base, improved = curve.given(spec.objective, file.parent, base)
     objective = improved.quantity(f"objective.{key}", name)
     if name in OF_MANY:
         raise ConfigError(f"objective = {name}: an extreme over the shape; allowed: a constraint")
-    limits = tuple(_limits(asked.constraints))
-    if asked.free_form is not None:
-        base = _free_form_base(base, asked.free_form)
-    variables = tuple(_variables(base, asked, grasp=objective.experiment == GRASP))
+    limits = tuple(_limits(spec.constraints))
+    if spec.free_form is not None:
+        base = _free_form_base(base, spec.free_form)
+    variables = tuple(_variables(base, spec, grasp=objective.experiment == GRASP))
     conditions = [Condition("nominal", base)]
-    for number, scenario in enumerate(asked.scenarios, 1):
-        conditions.append(_condition(file, asked, base, given, number, scenario))
+    for number, scenario in enumerate(spec.scenarios, 1):
+        conditions.append(_condition(file, spec, base, given, number, scenario))
     against = None
-    if asked.front is not None:
-        against = asked.front.quantity("front.against", asked.front.against)
-        _check_front(asked.front, limits, objective, against)
+    if spec.front is not None:
+        against = spec.front.quantity("front.against", spec.front.against)
+        _check_front(spec.front, limits, objective, against)
     if objective.experiment == GRASP:
-        _check_grasp(asked, limits)
+        _check_grasp(spec, limits)
     return Problem(
-        sign, objective, limits, variables, tuple(conditions), asked.method, asked.front, against
+        sign, objective, limits, variables, tuple(conditions), spec.method, spec.front, against
     )
 
 
@@ -96,7 +96,7 @@ def _check_front(
             raise ConfigError(f"constraints: {limit}: allowed with a front: numbers of the shape")
 
 
-def _check_grasp(asked: File, limits: Sequence[Constraint]) -> None:
+def _check_grasp(spec: File, limits: Sequence[Constraint]) -> None:
     """Refuse what a search without gradients has not.
 
     Raises:
@@ -105,7 +105,7 @@ def _check_grasp(asked: File, limits: Sequence[Constraint]) -> None:
     for limit in limits:
         if limit.quantity.experiment is not None:
             raise ConfigError(f"constraints: {limit}; allowed with a grasp: numbers of the shape")
-    if asked.front is not None or asked.free_form is not None or asked.method.starts > 1:
+    if spec.front is not None or spec.free_form is not None or spec.method.starts > 1:
         raise ConfigError(
             "front, free_form, method.starts: allowed with an objective that has a gradient"
         )
@@ -129,19 +129,19 @@ def _without_memory(base: Config) -> None:
             )
 
 
-def _objective(asked: Objective) -> tuple[str, str]:
+def _objective(objective: Objective) -> tuple[str, str]:
     """The key that says what is improved, and the quantity's name."""
     keys = ("maximise", "minimise", *curve.KEYS)
-    given = [key for key in keys if getattr(asked, key) is not None]
+    given = [key for key in keys if getattr(objective, key) is not None]
     if len(given) != 1:
         words = ", ".join(f"{key} =" for key in keys)
         raise ConfigError(f"objective: {len(given)} quantities; allowed: one of {words}")
-    return given[0], curve.KEYS.get(given[0]) or getattr(asked, given[0])
+    return given[0], curve.KEYS.get(given[0]) or getattr(objective, given[0])
 
 
-def _limits(asked: Sequence[Limit]) -> list[Constraint]:
-    found: list[Constraint] = []
-    for limit in asked:
+def _limits(limits: Sequence[Limit]) -> list[Constraint]:
+    constraints: list[Constraint] = []
+    for limit in limits:
         of = limit.quantity("constraints.of", limit.of)
         if limit.at_most is None and limit.at_least is None:
             raise ConfigError(f"constraints.of = {limit.of}: allowed: with at_most or at_least")
@@ -151,44 +151,44 @@ def _limits(asked: Sequence[Limit]) -> list[Constraint]:
             raise ConfigError("constraints.of = overhang_deg: allowed: at_most")
         for sign, value in ((1.0, limit.at_most), (-1.0, limit.at_least)):
             if value is not None:
-                found.append(Constraint(of, sign, None if value == "start" else float(value)))
+                constraints.append(Constraint(of, sign, None if value == "start" else float(value)))
         both = limit.at_most, limit.at_least
-        if all(isinstance(each, float) for each in both) and limit.at_least > limit.at_most:  # type: ignore[operator]
+        if all(isinstance(bound, float) for bound in both) and limit.at_least > limit.at_most:  # type: ignore[operator]
             raise ConfigError(
                 f"constraints.of = {limit.of}: at_least = {limit.at_least:g} above at_most = "
                 f"{limit.at_most:g}; allowed: limits that a design can keep"
             )
-    for one in found:
-        for other in found:
+    for one in constraints:
+        for other in constraints:
             contrary = one.quantity == other.quantity and one.sign < 0 < other.sign
             if contrary and None not in (one.limit, other.limit) and one.limit > other.limit:  # type: ignore[operator]
                 raise ConfigError(
                     f"constraints: {one} and {other}; allowed: limits that a design can keep"
                 )
-    return found
+    return constraints
 
 
-def _variables(base: Config, asked: File, *, grasp: bool) -> list[Variable]:
-    found: list[Variable] = []
-    for key, value in _flat(asked.parameters):
-        found += _ranged(base, key, value, grasp=grasp)
-    if asked.free_form is not None:
-        found += _free_form_variables(base, asked.free_form)
-    if not found:
+def _variables(base: Config, spec: File, *, grasp: bool) -> list[Variable]:
+    variables: list[Variable] = []
+    for key, value in _flat(spec.parameters):
+        variables += _ranged(base, key, value, grasp=grasp)
+    if spec.free_form is not None:
+        variables += _free_form_variables(base, spec.free_form)
+    if not variables:
         raise ConfigError("parameters: none; allowed: section.key = [low, high], or [free_form]")
-    return found
+    return variables
 
 
 def _flat(data: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
     """Keys with their dots, and their values; ``{from, to, start}`` is a value."""
-    found: list[tuple[str, Any]] = []
+    pairs: list[tuple[str, Any]] = []
     for key, value in data.items():
         name = f"{before}{key}"
         if isinstance(value, Mapping) and not {"from", "to", "start"} & set(value):
-            found += _flat(value, f"{name}.")
+            pairs += _flat(value, f"{name}.")
         else:
-            found.append((name, value))
-    return found
+            pairs.append((name, value))
+    return pairs
 
 
 def _parameters(base: Config, key: str, *, grasp: bool) -> list[Parameter]:
@@ -209,12 +209,12 @@ def _ranged(base: Config, key: str, value: Any, *, grasp: bool) -> list[Variable
             raise ConfigError(f"{option} = {dict(value)}: allowed: from, to, start")
         start, value = value.get("start"), [value.get("from"), value.get("to")]
     numbers = isinstance(value, list) and len(value) == 2
-    if not numbers or not all(_is_number(each) for each in value):
+    if not numbers or not all(_is_number(number) for number in value):
         raise ConfigError(f"{option} = {value}: allowed: [low, high], or from, to and start")
     low, high = map(float, value)
     if not low < high:
         raise ConfigError(f"{option} = [{low:g}, {high:g}]: allowed: low below high")
-    found = []
+    variables = []
     refused = (Entry.INSTRUMENT, Entry.SUPPLY) if grasp else NO_NUMBERS
     for parameter in _parameters(base, key, grasp=grasp):
         if parameter.entry in refused or parameter.integer:
@@ -226,8 +226,8 @@ def _ranged(base: Config, key: str, value: Any, *, grasp: bool) -> list[Variable
         if not _is_number(begins) or not low <= begins <= high:
             allowed = f"{low:g} to {high:g} {parameter.unit}".rstrip()
             raise ConfigError(f"{option}: start = {begins}: allowed: {allowed}")
-        found.append(Variable(parameter, low, high, float(begins)))
-    return found
+        variables.append(Variable(parameter, low, high, float(begins)))
+    return variables
 
 
 def _is_number(value: Any) -> bool:
@@ -236,7 +236,7 @@ def _is_number(value: Any) -> bool:
 
 def _condition(
     file: Path,
-    asked: File,
+    spec: File,
     base: Config,
     given: Change,
     number: int,
@@ -247,27 +247,27 @@ def _condition(
     Raises:
         ConfigError: one line, where it has not the finger's free form or parameters.
     """
-    other = _beside(file, scenario.config or asked.config)
-    found = configuration.load(
+    other = _beside(file, scenario.config or spec.config)
+    config = configuration.load(
         other, {**given, **tables.assignments(scenario.set, "scenarios.set")}
     )
-    _without_memory(found)
+    _without_memory(config)
     for name in ("form", "curve", "obstacle"):
         if (table := getattr(base, name)) is not None:
-            found = found.changed(**{name: table.model_dump()})
+            config = config.changed(**{name: table.model_dump()})
     change: dict[str, float] = {}
     for assignment in scenario.change:
         key, amount = tables.assigned(assignment, "scenarios.change")
         if not _is_number(amount):
             raise ConfigError(f"scenarios.change {assignment}: allowed: section.key=number")
-        (parameter,) = find(found, [key])
+        (parameter,) = find(config, [key])
         change[parameter.key] = float(amount)
     said = [*scenario.set, *(f"{key} {amount:+g}" for key, amount in change.items())]
     name = ", ".join(said) or str(scenario.config or f"scenario {number}")
-    return Condition(name, found, change)
+    return Condition(name, config, change)
 
 
-def _free_form_base(base: Config, asked: FreeFormTable) -> Config:
+def _free_form_base(base: Config, table: FreeFormTable) -> Config:
     """A configuration with a free form: its own, or planes with a ripple.
 
     A straight tube is as stiff with a ripple of either sign, so no gradient makes bellows of it;
@@ -277,9 +277,9 @@ def _free_form_base(base: Config, asked: FreeFormTable) -> Config:
         ConfigError: one line, where the finger cannot have one.
     """
     if base.form is not None:
-        if asked.ripple_mm:
+        if table.ripple_mm:
             raise ConfigError(
-                f"free_form.ripple_mm = {asked.ripple_mm:g}: allowed: without a [form] to begin at"
+                f"free_form.ripple_mm = {table.ripple_mm:g}: allowed: without a [form] to begin at"
             )
         return base
     if base.mesh.file is not None:
@@ -287,12 +287,12 @@ def _free_form_base(base: Config, asked: FreeFormTable) -> Config:
     boxes = base.geometry.boxes()
     if boxes is None:
         raise ConfigError("free_form: allowed: with a finger that is made of boxes")
-    form = Form(along=asked.along, contact_face=asked.faces != "walls", offsets_mm=())
-    offsets = tuple(_ripple(each, boxes, asked) for each in form.each(boxes))
+    form = Form(along=table.along, contact_face=table.faces != "walls", offsets_mm=())
+    offsets = tuple(_ripple(offset, boxes, table) for offset in form.each(boxes))
     return base.changed(form=form.model_copy(update={"offsets_mm": offsets}).model_dump())
 
 
-def _free_form_variables(base: Config, asked: FreeFormTable) -> list[Variable]:
+def _free_form_variables(base: Config, table: FreeFormTable) -> list[Variable]:
     """The offsets of a configuration's free form, with their ranges.
 
     Raises:
@@ -301,42 +301,42 @@ def _free_form_variables(base: Config, asked: FreeFormTable) -> list[Variable]:
     boxes = base.geometry.boxes()
     assert base.form is not None
     assert boxes is not None
-    found = []
+    variables = []
     parameters = find(base, ["form.offsets_mm"])
-    for parameter, each in zip(parameters, base.form.each(boxes), strict=True):
-        if not asked.ends and _at_end(each):
+    for parameter, offset in zip(parameters, base.form.each(boxes), strict=True):
+        if not table.ends and _at_end(offset):
             continue
-        inside = each.axis != 0 or each.plane_mm > boxes.body[0][0]
-        if inside and asked.faces == "contact face":
+        inside = offset.axis != 0 or offset.plane_mm > boxes.body[0][0]
+        if inside and table.faces == "contact face":
             continue
-        high = asked.most_mm
-        if asked.outwards_mm is not None and _is_outer(each, boxes):
-            high = min(asked.outwards_mm, asked.most_mm)
+        high = table.most_mm
+        if table.outwards_mm is not None and _is_outer(offset, boxes):
+            high = min(table.outwards_mm, table.most_mm)
         start = float(parameter.value(base))
-        if not -asked.most_mm <= start <= high:
+        if not -table.most_mm <= start <= high:
             raise ConfigError(
-                f"free_form: start = {start:g} of {parameter.key}: allowed: {-asked.most_mm:g} to "
+                f"free_form: start = {start:g} of {parameter.key}: allowed: {-table.most_mm:g} to "
                 f"{high:g} mm"
             )
-        found.append(Variable(parameter, -asked.most_mm, high, start))
-    return found
+        variables.append(Variable(parameter, -table.most_mm, high, start))
+    return variables
 
 
-def _is_outer(each: Offset, boxes: BoxSolid) -> bool:
-    return abs(each.plane_mm - boxes.body[each.axis][1]) < TOLERANCE_MM
+def _is_outer(offset: Offset, boxes: BoxSolid) -> bool:
+    return abs(offset.plane_mm - boxes.body[offset.axis][1]) < TOLERANCE_MM
 
 
-def _at_end(each: Offset) -> bool:
-    return each.axis == 2 or each.along in (0.0, 1.0)
+def _at_end(offset: Offset) -> bool:
+    return offset.axis == 2 or offset.along in (0.0, 1.0)
 
 
-def _ripple(each: Offset, boxes: BoxSolid, asked: FreeFormTable) -> float:
+def _ripple(offset: Offset, boxes: BoxSolid, table: FreeFormTable) -> float:
     """Amplitude of the ripple: 0 at the contact face and along z, all of it at the roof."""
     (low, high), _, (start, end) = boxes.body
-    if each.axis == 2 or not asked.ripple_mm or (not asked.ends and _at_end(each)):
+    if offset.axis == 2 or not table.ripple_mm or (not table.ends and _at_end(offset)):
         return 0.0
-    share = float(each.function) if each.axis == 1 else 1.0
-    if each.axis == 0 and each.plane_mm < (low + high) / 2:
+    share = float(offset.function) if offset.axis == 1 else 1.0
+    if offset.axis == 0 and offset.plane_mm < (low + high) / 2:
         share = 0.0
-    waves = each.along * (end - start) / asked.ripple_length_mm
-    return round(share * asked.ripple_mm * math.cos(2 * math.pi * waves), 9)
+    waves = offset.along * (end - start) / table.ripple_length_mm
+    return round(share * table.ripple_mm * math.cos(2 * math.pi * waves), 9)

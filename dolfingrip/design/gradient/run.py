@@ -41,12 +41,12 @@ NOTHING: Final = 1e-6
 """Part of the best objective below which the start's has no gain that means anything."""
 
 
-def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
+def refine(problem: Problem, descent: Descent, compute: Compute) -> RefinedDesign:
     """Solve start and best design again on a finer mesh, without gradients.
 
     Args:
         problem: what was asked.
-        found: how it was solved.
+        descent: how it was solved.
         compute: what computes jobs.
 
     Returns:
@@ -65,15 +65,15 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
     values: list[float] = []
     limits: dict[str, list[float]] = {}
     count, failure = 0, ""
-    for trial in (found.start, found.best):
+    for trial in (descent.start, descent.best):
         solved = simulations.at(trial.values, gradients=False, finer=finer)
         count += solved.simulations
         failure = failure or solved.failure
         if failure:
             values.append(float("nan"))
             continue
-        each = [by.get(problem.objective) for by in solved.by_condition]
-        worst = [problem.sign * one.value for one in each if one is not None]
+        objectives = [by.get(problem.objective) for by in solved.by_condition]
+        worst = [problem.sign * one.value for one in objectives if one is not None]
         values.append(problem.sign * max(worst) if worst else trial.objective)
         for limit in problem.limits:
             if limit.quantity.experiment is not None:
@@ -84,13 +84,13 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
         objective=best,
         start=start,
         gain=best / start - 1 if start and best is not None else None,
-        constraints={name: tuple(each) for name, each in limits.items()},
+        constraints={name: tuple(pair) for name, pair in limits.items()},
         failure=failure,
         simulations=count,
     )
 
 
-def follow(problem: Problem, found: Descent, compute: Compute, out: Path) -> None:
+def follow(problem: Problem, descent: Descent, compute: Compute, out: Path) -> None:
     """Run start and best design along their load paths, and write results with fields.
 
     Both are on the mesh of the start. A grasp, and numbers of the unloaded shape, have free bending
@@ -98,42 +98,42 @@ def follow(problem: Problem, found: Descent, compute: Compute, out: Path) -> Non
 
     Args:
         problem: what was asked.
-        found: how it was solved.
+        descent: how it was solved.
         compute: what computes jobs.
         out: folder, in which each result has its folder of :data:`RUNS`.
 
     Raises:
         WriteError: one line.
     """
-    asked, changes = problem.objective, dict[str, dict[str, Any]]()
-    own = asked.experiment not in (None, GRASP)
-    if asked.where == PRESSURE.name:
-        changes["experiment"] = {"max_pressure_kPa": max(asked.values)}
+    goal, changes = problem.objective, dict[str, dict[str, Any]]()
+    loaded = goal.experiment not in (None, GRASP)
+    if goal.where == PRESSURE.name:
+        changes["experiment"] = {"max_pressure_kPa": max(goal.values)}
     if problem.parts:
         changes["camera"] = {"markers": MARKERS}
     requests = [
         Request.of(
-            str(asked.experiment) if own else "bending", trial.shape.config.changed(**changes),
-            made_for=found.start.shape.config, fields=(out / name).resolve(),
+            str(goal.experiment) if loaded else "bending", trial.shape.config.changed(**changes),
+            made_for=descent.start.shape.config, fields=(out / name).resolve(),
         )
-        for name, trial in zip(RUNS, (found.start, found.best), strict=True)
+        for name, trial in zip(RUNS, (descent.start, descent.best), strict=True)
     ]  # fmt: skip
     compute(requests)
-    for each, name in zip(requests, RUNS, strict=True):
-        config = each.config.model_dump(mode="json", exclude_none=True)
+    for request, name in zip(requests, RUNS, strict=True):
+        config = request.config.model_dump(mode="json", exclude_none=True)
         # the store may have an answer whose folder is gone, or another problem's by now
         if not RunFile.is_in(out / name) or RunFile.read(out / name).config != config:
-            compute_here(each)
+            compute_here(request)
 
 
 def facts(
-    problem: Problem, found: Descent, refined: RefinedDesign | None, wall_s: float, **several: Any
+    problem: Problem, descent: Descent, refined: RefinedDesign | None, wall_s: float, **several: Any
 ) -> DesignFile:
     """Make the ``design.json`` of a problem.
 
     Args:
         problem: what was asked.
-        found: how it was solved.
+        descent: how it was solved.
         refined: start and design on a finer mesh; None: they were not solved there.
         wall_s: time that it took (s).
         several: ``starts`` and ``differ``, if there were several starts.
@@ -142,7 +142,7 @@ def facts(
         The content of the file.
     """
     word = "minimise" if problem.sign > 0 else "maximise"
-    start, best = found.start, found.best
+    start, best = descent.start, descent.best
     from_nothing = abs(start.objective) < NOTHING * abs(best.objective)
     return DesignFile(
         of=f"{word} {problem.objective}",
@@ -159,42 +159,42 @@ def facts(
                 value=best.limits[i],
                 kept=limit.sign * (value - best.limits[i]) >= -1e-4 * max(abs(value), 1e-9),
             )
-            for i, (limit, value) in enumerate(found.limits)
+            for i, (limit, value) in enumerate(descent.limits)
         ),
-        simulations=found.simulations,
-        designs=len(found.trials),
-        failed_designs=sum(bool(each.failure) for each in found.trials),
-        ending=found.ending,
+        simulations=descent.simulations,
+        designs=len(descent.trials),
+        failed_designs=sum(bool(trial.failure) for trial in descent.trials),
+        ending=descent.ending,
         wall_s=round(wall_s, 1),
-        simulations_s=round(found.seconds, 1),
-        conditions=tuple(each.name for each in problem.conditions),
-        by_condition=_by_condition(problem, found),
+        simulations_s=round(descent.seconds, 1),
+        conditions=tuple(condition.name for condition in problem.conditions),
+        by_condition=_by_condition(problem, descent),
         parameters={
-            each.key: DesignParameter(
+            variable.key: DesignParameter(
                 start=float(start.values[i]),
                 value=float(best.values[i]),
-                low=each.low,
-                high=each.high,
+                low=variable.low,
+                high=variable.high,
             )
-            for i, each in enumerate(problem.variables)
+            for i, variable in enumerate(problem.variables)
         },
         refined=refined,
-        matched=curve.matched(problem, found),
+        matched=curve.matched(problem, descent),
         **several,
     )
 
 
-def _by_condition(problem: Problem, found: Descent) -> tuple[ConditionObjective, ...]:
+def _by_condition(problem: Problem, descent: Descent) -> tuple[ConditionObjective, ...]:
     """The objective of start and best design under each condition."""
-    if len(found.best.signed) != len(problem.conditions):  # of the unloaded shape
+    if len(descent.best.signed) != len(problem.conditions):  # of the unloaded shape
         return ()
     return tuple(
         ConditionObjective(
-            condition=each.name,
-            start=problem.sign * float(found.start.signed[i]),
-            objective=problem.sign * float(found.best.signed[i]),
+            condition=condition.name,
+            start=problem.sign * float(descent.start.signed[i]),
+            objective=problem.sign * float(descent.best.signed[i]),
         )
-        for i, each in enumerate(problem.conditions)
+        for i, condition in enumerate(problem.conditions)
     )
 
 
@@ -202,57 +202,57 @@ def _known(value: float) -> float | None:
     return None if value != value else value
 
 
-def write(told: DesignFile, found: Descent, out: Path) -> None:
+def write(design: DesignFile, descent: Descent, out: Path) -> None:
     """Write ``design.json``, ``steps.csv`` and ``design.toml``.
 
     Args:
-        told: content of the first.
-        found: the descent.
+        design: content of the first.
+        descent: the descent.
         out: folder.
 
     Raises:
         WriteError: one line.
     """
-    told.write(out)
-    table.write(out / "steps.csv", [_step(each, found) for each in found.trials])
-    whole.write(out / "design.toml", configuration.dumps(found.best.shape.config))
+    design.write(out)
+    table.write(out / "steps.csv", [_step(trial, descent) for trial in descent.trials])
+    whole.write(out / "design.toml", configuration.dumps(descent.best.shape.config))
 
 
-def write_front(told: FrontFile, out: Path) -> None:
+def write_front(front: FrontFile, out: Path) -> None:
     """Write ``front.json`` and ``front.csv``.
 
     Args:
-        told: the front.
+        front: the front.
         out: folder.
 
     Raises:
         WriteError: one line.
     """
-    told.write(out)
-    limited, improved = told.objectives
+    front.write(out)
+    limited, improved = front.objectives
     rows = [
         {
-            f"{limited.title} {limited.sense}": each.limit,
-            improved.name: each.mean,
-            "standard_deviation": each.deviation,
+            f"{limited.title} {limited.sense}": level.limit,
+            improved.name: level.mean,
+            "standard_deviation": level.deviation,
             **{
                 f"{key}{word}": values[i]
                 for i, word in enumerate(("", " from", " to"))
-                for key, values in each.inputs.items()
+                for key, values in level.inputs.items()
             },
         }
-        for each in told.levels
+        for level in front.levels
     ]
     table.write(out / "front.csv", rows)
 
 
-def _step(trial: Trial, found: Descent) -> dict[str, object]:
-    values: Sequence[float | None] = trial.limits or [None] * len(found.limits)
+def _step(trial: Trial, descent: Descent) -> dict[str, object]:
+    values: Sequence[float | None] = trial.limits or [None] * len(descent.limits)
     return {
         "simulations": trial.simulations,
         "accepted": trial.accepted,
         "objective": None if trial.failure else trial.objective,
-        **{str(limit): value for (limit, _), value in zip(found.limits, values, strict=True)},
+        **{str(limit): value for (limit, _), value in zip(descent.limits, values, strict=True)},
         "radius": trial.radius,
         "expected_gain": trial.expected,
         "failure": trial.failure,

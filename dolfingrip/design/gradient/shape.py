@@ -91,8 +91,8 @@ class UnloadedShapes:
         if adapted.mesh.file is None and adapted.hexahedra:
             finer = adapted.changed(mesh={"refine": FINER * adapted.mesh.refine})
             self.finer = straight(finer)
-            found = facing(self.geometry, finer.mesh)
-            self.facing = dict(zip(FACING, found, strict=True))
+            facings = facing(self.geometry, finer.mesh)
+            self.facing = dict(zip(FACING, facings, strict=True))
         self.measured = _measured(self.finer)
         self.corners = len(self.measured) // 4
         self.measured[self.corners :] /= EDGES
@@ -137,12 +137,12 @@ class UnloadedShape:
 
     def _slopes(self, points: Floats) -> Floats:
         """(variables, n, 3) velocities of straight points."""
-        found = np.zeros((len(self._all.variables), len(points), 3))
+        velocity = np.zeros((len(self._all.variables), len(points), 3))
         by_key = velocities(self._all.shaped, self.config, points) if self._all.shaped else {}
         for row, variable in enumerate(self._all.variables):
             if variable.key in by_key:
-                found[row] = by_key[variable.key]
-        return found
+                velocity[row] = by_key[variable.key]
+        return velocity
 
     @cached_property
     def _velocity(self) -> Floats:
@@ -165,7 +165,7 @@ class UnloadedShape:
 
     def gradient(self, name: str) -> Floats:
         """Derivatives of mass or COG offset by the variables."""
-        keys = [each.key for each in self._all.variables]
+        keys = [variable.key for variable in self._all.variables]
         slopes = self._properties.slopes(name, dict(zip(keys, self._velocity, strict=True)))
         return np.array([slopes[key] for key in keys])
 
@@ -181,10 +181,10 @@ class UnloadedShape:
             return self._overhang()
         if name == CELL_QUALITY:
             return _measured(self._finer) / self._all.measured
-        found = self._all.facing[name]
-        if not len(found.corners):
+        faces = self._all.facing[name]
+        if not len(faces.corners):
             return np.empty(0)
-        return found.distances(self._corners(found.corners)).ravel()
+        return faces.distances(self._corners(faces.corners)).ravel()
 
     def row_gradients(self, name: str, chosen: Ints) -> Floats:
         """Derivatives (variables, chosen) of some of them."""
@@ -194,9 +194,9 @@ class UnloadedShape:
             return self._overhang_slopes(chosen)
         if name == CELL_QUALITY:
             return self._quality_slopes(chosen)
-        found = self._all.facing[name]
+        faces = self._all.facing[name]
         pairs, inverse = np.unique(chosen // 4, return_inverse=True)
-        here = Facing(found.corners[pairs])
+        here = Facing(faces.corners[pairs])
         flat = self._on_planes(here.corners.reshape(-1, 3))
         velocity = self._slopes(flat).reshape(-1, len(pairs), 2, 4, 3)
         slopes = here.slopes(placed(flat, self.config).reshape(-1, 2, 4, 3), velocity)
@@ -216,16 +216,16 @@ class UnloadedShape:
         across = np.stack(
             [np.cross(unit[:, (i + 1) % 3], unit[:, (i + 2) % 3]) for i in range(3)], axis=1
         )
-        whole = np.linalg.det(unit)[:, None, None]
-        by_edge = (across - whole * unit) / length[..., None]
-        own = np.arange(3) == ((chosen - count) % 3)[:, None]
-        by_edge = np.where(of_edge[:, None, None], own[..., None] * unit, by_edge)
+        jacobian = np.linalg.det(unit)[:, None, None]
+        by_edge = (across - jacobian * unit) / length[..., None]
+        one_hot = np.arange(3) == ((chosen - count) % 3)[:, None]
+        by_edge = np.where(of_edge[:, None, None], one_hot[..., None] * unit, by_edge)
         used, at = np.unique(nodes, return_inverse=True)
         velocity = self._slopes(self._on_planes(self._all.finer.points[used]))
         at = at.reshape(nodes.shape)
         moving = velocity[:, at[:, 1:]] - velocity[:, at[:, :1]]
-        found = np.einsum("pkei,kei->pk", moving, by_edge)
-        return np.asarray(found / self._all.measured[chosen])
+        slopes = np.einsum("pkei,kei->pk", moving, by_edge)
+        return np.asarray(slopes / self._all.measured[chosen])
 
     def _normals(self, facets: Ints) -> tuple[Floats, Floats, Floats]:
         x = self.mesh.points[facets]

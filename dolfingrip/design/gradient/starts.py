@@ -78,7 +78,7 @@ class BayesianSearch:
         self._problem, self._simulations, self._say = problem, simulations, say
         self._policy = policy
         self._shapes = UnloadedShapes(problem)
-        self._foods = [grasped(each.base.food) for each in problem.conditions]
+        self._foods = [grasped(condition.base.food) for condition in problem.conditions]
         self._scaling = Scaling(problem.variables)
         self._random = np.random.default_rng(policy.seed)
         self._limits: list[tuple[Constraint, float]] = []
@@ -93,12 +93,12 @@ class BayesianSearch:
         begin = self._scaling.start
         given = self._shapes.at(self._values(begin))
         self._limits = [
-            (each, given.value(each.quantity.name) if each.limit is None else each.limit)
-            for each in problem.limits
+            (limit, given.value(limit.quantity.name) if limit.limit is None else limit.limit)
+            for limit in problem.limits
         ]
         cost = len(problem.conditions)
         sobol = qmc.Sobol(len(begin), rng=self._policy.seed).random(self._policy.candidates)
-        everywhere = np.array([each for each in sobol if self._kept(each)]).reshape(-1, len(begin))
+        everywhere = np.array([row for row in sobol if self._kept(row)]).reshape(-1, len(begin))
         first = [begin, *everywhere[: self._policy.first - 1]]
         trials: list[Trial] = []
         spent, seconds = 0, 0.0
@@ -116,12 +116,12 @@ class BayesianSearch:
                     break
             trial = Trial(scaled, self._values(scaled), self._shapes.at(self._values(scaled)), 0)
             trial.expected = expected
-            trial.limits = [trial.shape.value(each.quantity.name) for each, _ in self._limits]
-            found = self._simulated(trial, best)
-            spent, seconds = spent + found.simulations, seconds + found.seconds
+            trial.limits = [trial.shape.value(limit.quantity.name) for limit, _ in self._limits]
+            numbers = self._simulated(trial, best)
+            spent, seconds = spent + numbers.simulations, seconds + numbers.seconds
             trial.simulations = spent
-            if not trials and found.failure:
-                raise NoStart(f"the start cannot be simulated: {found.failure}")
+            if not trials and numbers.failure:
+                raise NoStart(f"the start cannot be simulated: {numbers.failure}")
             trials.append(trial)
             best = trial if trial.accepted else best
             self._say(trial, self._limits)
@@ -137,22 +137,22 @@ class BayesianSearch:
         trial.signed = np.full(number, np.nan)
         order = range(number) if best is None else np.argsort(-best.signed, kind="stable")
         bar = np.inf if best is None else float(best.signed.max())
-        whole = DesignNumbers()
-        for each in [list(order)] if best is None else [[int(i)] for i in order]:
-            found = self._simulations.at(trial.values, gradients=False, only=each)
-            whole.simulations += found.simulations
-            whole.seconds += found.seconds
-            whole.failure = trial.failure = found.failure
-            if found.failure:
-                return whole
-            for i in each:
-                value = found.by_condition[i][self._problem.objective].value
+        total = DesignNumbers()
+        for batch in [list(order)] if best is None else [[int(i)] for i in order]:
+            numbers = self._simulations.at(trial.values, gradients=False, only=batch)
+            total.simulations += numbers.simulations
+            total.seconds += numbers.seconds
+            total.failure = trial.failure = numbers.failure
+            if numbers.failure:
+                return total
+            for i in batch:
+                value = numbers.by_condition[i][self._problem.objective].value
                 trial.signed[i] = self._problem.sign * value
             if np.nanmax(trial.signed) >= bar:
                 break
         trial.objective = self._problem.sign * float(np.nanmax(trial.signed))
         trial.accepted = best is None or bool(np.nanmax(trial.signed) < bar)
-        return whole
+        return total
 
     def _values(self, scaled: Floats) -> Floats:
         return self._scaling.values(scaled, 6)
@@ -178,15 +178,15 @@ class BayesianSearch:
         near = best.scaled + self._policy.reach * self._random.standard_normal(
             (self._policy.near, len(best.scaled))
         )
-        near = np.array([each for each in np.clip(near, 0.0, 1.0) if self._kept(each)])
+        near = np.array([point for point in np.clip(near, 0.0, 1.0) if self._kept(point)])
         candidates = np.concatenate([everywhere, near.reshape(-1, len(best.scaled))])
-        every = np.array([each.scaled for each in trials])
-        signed = np.array([each.signed for each in trials])
+        every = np.array([trial.scaled for trial in trials])
+        signed = np.array([trial.signed for trial in trials])
         # what cannot be simulated is as bad as the worst that can
-        failed = np.array([bool(each.failure) for each in trials])
+        failed = np.array([bool(trial.failure) for trial in trials])
         drawn = np.full((self._policy.draws, len(candidates)), -np.inf)
-        for known in signed.T:
-            values = np.where(failed & np.isnan(known), np.nanmax(known), known)
+        for objectives in signed.T:
+            values = np.where(failed & np.isnan(objectives), np.nanmax(objectives), objectives)
             inputs, values = every[~np.isnan(values)], values[~np.isnan(values)]
             if np.ptp(values) == 0:
                 drawn = np.maximum(drawn, values[0])
@@ -227,8 +227,8 @@ class Starts:
 
     def best(self, problem: Problem) -> Descent:
         """The descent that ends best of those that keep the limits."""
-        found = [each for each in self.descents if each is not None]
-        return min(found, key=lambda each: (each.best.excess, problem.sign * each.best.objective))
+        descents = [d for d in self.descents if d is not None]
+        return min(descents, key=lambda d: (d.best.excess, problem.sign * d.best.objective))
 
     def facts(self, problem: Problem) -> dict[str, Any]:
         """Objectives, and in which variables designs that are as good as the best one differ."""
@@ -247,9 +247,9 @@ class Starts:
                     "as_good": self._as_good(one.best, best),
                 }
             )
-        good = [each.best for each in self.descents if each and self._as_good(each.best, best)]
-        scaled = np.array([each.scaled for each in good])
-        values = np.array([each.values for each in good])
+        good = [d.best for d in self.descents if d and self._as_good(d.best, best)]
+        scaled = np.array([trial.scaled for trial in good])
+        values = np.array([trial.values for trial in good])
         return {
             "starts": rows,
             "differ": {

@@ -45,9 +45,9 @@ class Rows:
         """All of them."""
         every = (self, *others)
         return Rows(
-            np.concatenate([each.values for each in every]),
-            np.concatenate([each.slopes for each in every]),
-            np.concatenate([each.bend for each in every]),
+            np.concatenate([block.values for block in every]),
+            np.concatenate([block.slopes for block in every]),
+            np.concatenate([block.bend for block in every]),
         )
 
 
@@ -113,7 +113,7 @@ def best_step(
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    found = clarabel.DefaultSolver(
+    solution = clarabel.DefaultSolver(
         csc_matrix(curvature),
         price,
         csc_matrix(np.vstack([linear, cone])),
@@ -121,7 +121,7 @@ def best_step(
         [clarabel.NonnegativeConeT(len(linear)), clarabel.SecondOrderConeT(n + 2)],
         settings,
     ).solve()
-    values = np.asarray(found.x)
+    values = np.asarray(solution.x)
     return np.clip(values[:n], *box), max(float(values[n]), 0.0)
 
 
@@ -200,10 +200,10 @@ class ShapeLimits:
     def __init__(
         self, limits: Iterable[tuple[Constraint, float]], ranges: Floats, policy: DescentPolicy
     ) -> None:
-        asked = [each for each in limits if each[0].quantity.experiment is None]
+        of_shape = [pair for pair in limits if pair[0].quantity.experiment is None]
         least = policy.least_cell_quality
         self._policy = policy
-        self._limits = [*asked, (Constraint(Quantity(CELL_QUALITY), -1.0, least), least)]
+        self._limits = [*of_shape, (Constraint(Quantity(CELL_QUALITY), -1.0, least), least)]
         self._range, self._n = ranges, len(ranges)
         self._chosen: dict[int, set[int]] = {}
         self.rows = Rows.none(self._n)
@@ -232,24 +232,24 @@ class ShapeLimits:
 
     def _choose(self, i: int, above: Floats, size: float) -> np.ndarray:
         """Rows that a step may break: the nearest ones, and those that one has broken."""
-        known = self._chosen.setdefault(i, set())
+        chosen = self._chosen.setdefault(i, set())
         of_cells = self._limits[i][0].quantity.name == CELL_QUALITY
         within = self._policy.near_cell_quality if of_cells else self._policy.near_mm
         near = np.flatnonzero(above > -within / size)
-        known.update(
+        chosen.update(
             map(int, near[np.argsort(-above[near], kind="stable")][: self._policy.most_rows])
         )
-        return np.array(sorted(known), dtype=np.int64)
+        return np.array(sorted(chosen), dtype=np.int64)
 
     def _worsts(self, shape: UnloadedShape) -> list[float]:
-        found = []
+        worsts = []
         for limit, value in self._limits:
             if limit.quantity.name == OVERHANG:
                 above = shape.rows(OVERHANG) - value
-                found.append(float(above.max(initial=-1.0)) / size_of(value))
+                worsts.append(float(above.max(initial=-1.0)) / size_of(value))
                 continue
-            found.append(limit.sign * (shape.value(limit.quantity.name) - value) / size_of(value))
-        return found
+            worsts.append(limit.sign * (shape.value(limit.quantity.name) - value) / size_of(value))
+        return worsts
 
     @staticmethod
     def folds(shape: UnloadedShape) -> bool:

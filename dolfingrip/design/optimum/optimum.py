@@ -67,8 +67,8 @@ def find(
     Raises:
         ConfigError: one line, where the surrogate lacks an objective.
     """
-    asked = TradeOff.of(surrogate, objectives)
-    front = pareto.fronts(asked, settings, progress=progress)[settings.generations]
+    trade_off = TradeOff.of(surrogate, objectives)
+    front = pareto.fronts(trade_off, settings, progress=progress)[settings.generations]
 
     def selected(design: Vector, role: str, limit: float | None = None) -> ChosenDesign:
         ((inputs, outputs),) = _named(surrogate, design[None, :])
@@ -81,11 +81,11 @@ def find(
             missed.append(limit)
             continue
         chosen.append(selected(front.designs[place], "chosen", limit))
-        better = pareto.polish(asked, front.designs[place], limit)
+        better = pareto.polish(trade_off, front.designs[place], limit)
         if better is not None:
             polished.append(selected(better[0], "polished", limit))
     zero = np.zeros(len(surrogate.input_names))  # which a morph leaves as it is
-    inside = (asked.low <= zero).all() and (zero <= asked.high).all()
+    inside = (trade_off.low <= zero).all() and (zero <= trade_off.high).all()
     morphs = all(name.startswith("morph.") for name in surrogate.input_names)
     original = [selected(zero, "original")] if inside and morphs else []
     return OptimumFile(
@@ -159,46 +159,46 @@ def _recomputed(design: CampaignDesign) -> Recomputed:
     return Recomputed(design.outputs, "" if design.outputs else design.failure or "not computed")
 
 
-def resolve(found: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile:
+def resolve(optimum: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile:
     """Compute the chosen designs and points along the front by finite elements.
 
     Args:
-        found: front and choices.
+        optimum: front and choices.
         along: number of points along the front, evenly far apart.
         evaluate: computes designs, each once whatever it is wanted for.
 
     Returns:
         The same with what finite elements gave, and with the surrogate's error along the front.
     """
-    values = np.array([[each.surrogate[o.title] for o in found.objectives] for each in found.front])
+    values = np.array([[p.surrogate[o.title] for o in optimum.objectives] for p in optimum.front])
     places = {int(i) for i in pareto.spread(values, along)} if along else set()
-    inputs = [each.inputs for each in found.designs]
-    inputs += [found.front[i].inputs for i in sorted(places)]
-    distinct = list({tuple(each.items()): each for each in inputs}.values())
-    known = {
-        tuple(design.items()): each
-        for design, each in zip(distinct, evaluate(distinct), strict=True)
+    inputs = [chosen.inputs for chosen in optimum.designs]
+    inputs += [optimum.front[i].inputs for i in sorted(places)]
+    distinct = list({tuple(variables.items()): variables for variables in inputs}.values())
+    solved = {
+        tuple(design.items()): answer
+        for design, answer in zip(distinct, evaluate(distinct), strict=True)
     }
     front = tuple(
-        each.model_copy(update=_update(known[tuple(each.inputs.items())])) if i in places else each
-        for i, each in enumerate(found.front)
+        p.model_copy(update=_update(solved[tuple(p.inputs.items())])) if i in places else p
+        for i, p in enumerate(optimum.front)
     )
     designs = [
-        each.model_copy(update={**_update(known[tuple(each.inputs.items())]), "resolved": True})
-        for each in found.designs
+        d.model_copy(update={**_update(solved[tuple(d.inputs.items())]), "resolved": True})
+        for d in optimum.designs
     ]
-    first, second = found.objectives
-    references = [_output(each, second) for each in designs if each.role == "original"]
-    for place, each in enumerate(designs):
-        limited, improved = _output(each, first), _output(each, second)
+    first, second = optimum.objectives
+    references = [_output(chosen, second) for chosen in designs if chosen.role == "original"]
+    for place, chosen in enumerate(designs):
+        limited, improved = _output(chosen, first), _output(chosen, second)
         update: dict[str, Any] = {}
-        if each.limit is not None and limited is not None:
-            update["within_limit"] = first.sign * limited <= first.sign * each.limit
+        if chosen.limit is not None and limited is not None:
+            update["within_limit"] = first.sign * limited <= first.sign * chosen.limit
         if references and references[0] and improved is not None:
             update["gain"] = improved / references[0] - 1
-        designs[place] = each.model_copy(update=update)
+        designs[place] = chosen.model_copy(update=update)
     errors = {name: _error(front, name) for name in (front[0].surrogate if front else ())}
-    return found.model_copy(
+    return optimum.model_copy(
         update={
             "front": front,
             "designs": tuple(designs),
@@ -231,49 +231,49 @@ def _error(front: Sequence[FrontDesign], name: str) -> SurrogateError | None:
     )
 
 
-def write_front(found: OptimumFile, out: Path) -> None:
+def write_front(optimum: OptimumFile, out: Path) -> None:
     """Write ``front.csv``: the designs of the front and the surrogate's outputs.
 
     Args:
-        found: whose front it is.
+        optimum: whose front it is.
         out: folder.
 
     Raises:
         WriteError: one line.
     """
     table.write(
-        out / "front.csv", [{**e.inputs, **_prefixed(PREFIX, e.surrogate)} for e in found.front]
+        out / "front.csv", [{**e.inputs, **_prefixed(PREFIX, e.surrogate)} for e in optimum.front]
     )
 
 
-def write(found: OptimumFile, out: Path) -> None:
+def write(optimum: OptimumFile, out: Path) -> None:
     """Write ``optimum.json`` and, where designs were computed again, ``resolved.csv``.
 
     Args:
-        found: front and choices.
+        optimum: front and choices.
         out: folder.
 
     Raises:
         WriteError: one line.
     """
-    again: list[ChosenDesign | FrontDesign] = [each for each in found.designs if each.resolved]
-    again += [each for each in found.front if each.fem is not None or each.failure]
+    again: list[ChosenDesign | FrontDesign] = [d for d in optimum.designs if d.resolved]
+    again += [d for d in optimum.front if d.fem is not None or d.failure]
     rows: list[dict[str, Any]] = [
         {
-            "role": getattr(each, "role", "front"),
-            "limit": getattr(each, "limit", None),
-            **each.inputs,
-            **_prefixed(PREFIX, each.surrogate),
-            **_prefixed("fem.", each.fem or {}),
-            "status": "failed" if each.fem is None else "done",
-            "failure": each.failure or None,
+            "role": getattr(design, "role", "front"),
+            "limit": getattr(design, "limit", None),
+            **design.inputs,
+            **_prefixed(PREFIX, design.surrogate),
+            **_prefixed("fem.", design.fem or {}),
+            "status": "failed" if design.fem is None else "done",
+            "failure": design.failure or None,
         }
-        for each in again
+        for design in again
     ]
     if rows:
         full = max(rows, key=len)  # a failed design lacks numbers
         table.write(out / "resolved.csv", rows, list(full))
-    found.write(out)
+    optimum.write(out)
 
 
 def _prefixed(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -149,8 +149,8 @@ class TradeOff:
         Raises:
             ConfigError: one line, where the surrogate lacks one of them.
         """
-        columns = [surrogate.output(each.title) for each in objectives]
-        first, second = (each.sign for each in objectives)
+        columns = [surrogate.output(objective.title) for objective in objectives]
+        first, second = (objective.sign for objective in objectives)
         # no warning: an optimiser stays within the bounds it is given, which are checked once
         return cls(
             lambda designs: surrogate.predict(designs, warn=False)[:, columns],
@@ -228,16 +228,16 @@ def spread(values: Matrix, count: int) -> npt.NDArray[np.int_]:
 class _Designs(Problem):
     """A trade-off as pymoo minimises it, a whole population at a time."""
 
-    def __init__(self, asked: TradeOff) -> None:
-        super().__init__(n_var=len(asked.low), n_obj=2, xl=asked.low, xu=asked.high)
-        self.asked = asked
+    def __init__(self, trade_off: TradeOff) -> None:
+        super().__init__(n_var=len(trade_off.low), n_obj=2, xl=trade_off.low, xu=trade_off.high)
+        self.asked = trade_off
 
     def _evaluate(self, x: Matrix, out: dict[str, Matrix], *_: object, **__: object) -> None:
         out["F"] = self.asked.predict(x) * self.asked.signs
 
 
 def fronts(
-    asked: TradeOff,
+    trade_off: TradeOff,
     settings: NSGA2Settings,
     at: Iterable[int] = (),
     progress: Callable[[int], None] | None = None,
@@ -249,7 +249,7 @@ def fronts(
     holds, number for number, the shorter runs of the same seed and rates (tested).
 
     Args:
-        asked: objectives and bounds.
+        trade_off: objectives and bounds.
         settings: the last of ``at`` may not exceed its generations.
         at: generations, the random first one counted as 1; only the last where empty.
         progress: called with the number of generations done.
@@ -260,29 +260,29 @@ def fronts(
     wanted = set(at) or {settings.generations}
     algorithm = nsga2(settings)
     algorithm.setup(
-        _Designs(asked),
+        _Designs(trade_off),
         # one more than needed: the run is stepped here, and pymoo's own end does nothing for it
         termination=get_termination("n_gen", settings.generations + 1),
     )
-    found = {}
+    by_generation = {}
     for generation in range(1, settings.generations + 1):
         algorithm.next()
         if generation in wanted:
             designs, values = algorithm.opt.get("X", "F")
-            found[generation] = asked.front(designs, values * asked.signs)
+            by_generation[generation] = trade_off.front(designs, values * trade_off.signs)
         if progress is not None:
             progress(generation)
-    return found
+    return by_generation
 
 
-def polish(asked: TradeOff, start: Vector, limit: float) -> tuple[Vector, Vector] | None:
+def polish(trade_off: TradeOff, start: Vector, limit: float) -> tuple[Vector, Vector] | None:
     """Find the best design at a limit by a gradient method from a point of the front.
 
     NSGA-II chooses among the points it has, so its choice stops a little short of the limit; this
     shows by how much. It is reported in addition to that choice and does not replace it.
 
     Args:
-        asked: objectives and bounds.
+        trade_off: objectives and bounds.
         start: shape (inputs,).
         limit: of the first objective, in its unit.
 
@@ -291,18 +291,18 @@ def polish(asked: TradeOff, start: Vector, limit: float) -> tuple[Vector, Vector
     """
 
     def signed(x: Vector, column: int) -> float:
-        return asked.signs[column] * float(asked.predict(x[None, :])[0, column])
+        return trade_off.signs[column] * float(trade_off.predict(x[None, :])[0, column])
 
-    most = asked.signs[0] * limit
+    most = trade_off.signs[0] * limit
     result = optimize.minimize(
         lambda x: signed(x, 1),
         start,
         method="SLSQP",
-        bounds=list(zip(asked.low, asked.high, strict=True)),
+        bounds=list(zip(trade_off.low, trade_off.high, strict=True)),
         constraints={"type": "ineq", "fun": lambda x: most - signed(x, 0)},
         options={"ftol": 1e-10},
     )
-    x = np.clip(result.x, asked.low, asked.high)
+    x = np.clip(result.x, trade_off.low, trade_off.high)
     if not result.success or signed(x, 0) > most + SLACK or signed(x, 1) > signed(start, 1):
         return None
-    return x, asked.predict(x[None, :])[0]
+    return x, trade_off.predict(x[None, :])[0]

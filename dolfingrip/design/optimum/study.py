@@ -126,14 +126,14 @@ def run(
     """
     model = network.load(folder)
     TradeOff.of(model, plan.objectives)  # complains in one line where the model lacks one
-    asked = {"objectives": [each.model_dump() for each in plan.objectives], "limit": plan.limit}
+    goal = {"objectives": [o.model_dump() for o in plan.objectives], "limit": plan.limit}
     identity = {
         "surrogate": model.sha256(),
-        "objectives": ", ".join(f"{each.sense} {each.title}" for each in plan.objectives),
+        "objectives": ", ".join(f"{o.sense} {o.title}" for o in plan.objectives),
         "limit": plan.limit,
         "pymoo": metadata.version("pymoo"),
     }
-    common = {"surrogate": str(folder.resolve()), **asked}
+    common = {"surrogate": str(folder.resolve()), **goal}
     wider = _wider(out, plan)
     wanted = []
     for key in plan.runs():
@@ -182,9 +182,9 @@ def _key(inputs: Mapping[str, Any]) -> Key:
 
 def _choices(row: Data) -> Iterator[StudyChoice]:
     """The choices of a run that is done."""
-    for found in row["result"]["choices"]:
-        pairs = {name: found[name] and tuple(found[name]) for name in ("design", "values")}
-        values = {**row["inputs"], **found, **pairs}
+    for choice in row["result"]["choices"]:
+        pairs = {name: choice[name] and tuple(choice[name]) for name in ("design", "values")}
+        values = {**row["inputs"], **choice, **pairs}
         yield StudyChoice(*(values[name] for name in StudyChoice._fields))
 
 
@@ -213,7 +213,7 @@ def trial(
         objectives, each null where no point of the front is within the limit.
     """
     start = time.process_time()
-    named = [NamedObjective.model_validate(each) for each in objectives]
+    named = [NamedObjective.model_validate(o) for o in objectives]
     settings = NSGA2Settings(population, max(generations), crossover, mutation, seed)
     choices = []
     for number, front in fronts(

@@ -116,18 +116,18 @@ def read(file: Path) -> StudyFile:
     Raises:
         ConfigError: one line about bad input.
     """
-    found = checked(StudyFile, tables.whole(file, "FILE"))
+    content = checked(StudyFile, tables.whole(file, "FILE"))
     front = {
         key: str(parse(text, f"front.{key} ="))
         for key in ("against", "maximise", "minimise")
-        if (text := getattr(found.front, key)) is not None
+        if (text := getattr(content.front, key)) is not None
     }
-    update: dict[str, object] = {"front": found.front.model_copy(update=front)}
-    if found.config is not None:
-        update["config"] = file.parent / found.config
-    if found.published is not None:
-        gain_of = str(parse(found.published.gain_of, "published.gain_of ="))
-        update["published"] = found.published.model_copy(update={"gain_of": gain_of})
-    study = found.model_copy(update=update)
+    update: dict[str, object] = {"front": content.front.model_copy(update=front)}
+    if content.config is not None:
+        update["config"] = file.parent / content.config
+    if content.published is not None:
+        gain_of = str(parse(content.published.gain_of, "published.gain_of ="))
+        update["published"] = content.published.model_copy(update={"gain_of": gain_of})
+    study = content.model_copy(update=update)
     study.front.objectives()  # complains in one line
     return study

@@ -56,11 +56,11 @@ class GraspNumbers(QuantitySource):
             )
         return Quantity(name, GRASP)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
-        if asked.ranks != 1:
-            raise ConfigError(f"--ranks {asked.ranks}: allowed: 1 for a grasp")
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
+        if design.ranks != 1:
+            raise ConfigError(f"--ranks {design.ranks}: allowed: 1 for a grasp")
         assert outcome.curve is not None
-        answer = compute(Request.of(GRASP, asked.config))
+        answer = compute(Request.of(GRASP, design.config))
         none = np.empty(0)
         for name in ("time_s", "pressure_kPa", "normal_A_N", "table_N", "object_z_mm", *READ):
             outcome.curve[name] = answer.columns.get(name, none).tolist()
@@ -70,8 +70,8 @@ class GraspNumbers(QuantitySource):
             raise JobFailure(kind, answer.failure or "", {"curve": outcome.curve})
         outcome.curve["outcome"] = answer.outcome["kind"]
         outcome.curve["sentence"] = answer.outcome["sentence"]
-        found = outputs_of(answer)
-        outcome.outputs |= {str(each): found[each.name] for each in wanted}
+        outputs = outputs_of(answer)
+        outcome.outputs |= {str(quantity): outputs[quantity.name] for quantity in wanted}
 
 
 def outputs_of(answer: Answer) -> dict[str, float]:

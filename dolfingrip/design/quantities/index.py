@@ -39,11 +39,11 @@ def source(name: str, said: str) -> QuantitySource:
     Raises:
         ConfigError: one line that lists the allowed names.
     """
-    for each in SOURCES:
-        if name in each.names:
-            return each
-    known = ", ".join(name for each in SOURCES for name in each.names)
-    raise ConfigError(f"{said}: allowed: {known}")
+    for candidate in SOURCES:
+        if name in candidate.names:
+            return candidate
+    allowed = ", ".join(name for candidate in SOURCES for name in candidate.names)
+    raise ConfigError(f"{said}: allowed: {allowed}")
 
 
 def quantity(said: str, name: str, places: Places, experiment: str | None = None) -> Quantity:
@@ -108,7 +108,7 @@ def plugins_of(texts: Iterable[str]) -> dict[str, str]:
     for text in texts:
         placed, _, experiment = text.partition(" in ")
         name = placed.partition(" at ")[0].strip()
-        used += [type(each) for each in SOURCES if name in each.names]
+        used += [type(candidate) for candidate in SOURCES if name in candidate.names]
         used += [CHANNELS[name].reading] if name in CHANNELS else []
         used += [type(find(experiment.strip()))] if experiment else []
     return plugins.digests(*used)

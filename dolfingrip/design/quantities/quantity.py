@@ -118,13 +118,13 @@ class QuantitySource(ABC):
         return Quantity(name)
 
     @abstractmethod
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         """Compute quantities and add them to an outcome, under their texts.
 
         Args:
             outcome: with outputs, gradients, curve and iterations, which are filled.
             wanted: quantities of this source.
-            asked: of the design.
+            design: its configuration, and what is wanted of it.
 
         Raises:
             JobFailure: where there is no result; with the curve up to there.

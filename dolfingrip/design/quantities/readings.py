@@ -59,43 +59,43 @@ class FingerReadings(QuantitySource):
         usual = USUAL[where if name == PRESSURE.name else name]
         if where == FORCE.name:
             usual = USUAL[FORCE.name]
-        found = experiment or usual
-        if found not in EXPERIMENTS:
-            raise ConfigError(f"{said} in {found}: allowed: in {', '.join(EXPERIMENTS)}")
-        if FORCE.name in (name, where) and found != USUAL[FORCE.name]:
+        chosen = experiment or usual
+        if chosen not in EXPERIMENTS:
+            raise ConfigError(f"{said} in {chosen}: allowed: in {', '.join(EXPERIMENTS)}")
+        if FORCE.name in (name, where) and chosen != USUAL[FORCE.name]:
             raise ConfigError(
-                f'experiment = "{found}": allowed: "{USUAL[FORCE.name]}" with {FORCE.name}'
+                f'experiment = "{chosen}": allowed: "{USUAL[FORCE.name]}" with {FORCE.name}'
             )
-        if name == SIDE_STIFFNESS and (found != "push" or where not in ("", PRESSURE.name)):
-            raise ConfigError(f'{name} in "{found}": allowed: in "push", at a pressure')
-        return Quantity(name, found, where, values, found == usual)
+        if name == SIDE_STIFFNESS and (chosen != "push" or where not in ("", PRESSURE.name)):
+            raise ConfigError(f'{name} in "{chosen}": allowed: in "push", at a pressure')
+        return Quantity(name, chosen, where, values, chosen == usual)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         assert outcome.curve is not None
         assert outcome.gradients is not None
-        for experiment in dict.fromkeys(str(each.experiment) for each in wanted):
-            some = [each for each in wanted if each.experiment == experiment]
-            asking = request(experiment, some, asked)
+        for experiment in dict.fromkeys(str(quantity.experiment) for quantity in wanted):
+            some = [quantity for quantity in wanted if quantity.experiment == experiment]
+            asking = request(experiment, some, design)
             answer = compute(asking)
             outcome.curve |= _curve(asking, answer)
             outcome.iterations = (outcome.iterations or 0) + answer.iterations
             if answer.failure_class is not None:
                 curve = {"curve": outcome.curve}
                 raise JobFailure(answer.failure_class, answer.failure or "", curve)
-            for each in some:
-                value, slopes = read(each, asking, answer)
-                outcome.outputs[str(each)] = value
-                outcome.gradients[str(each)] = _sorted(slopes, asked.keys or ())
+            for quantity in some:
+                value, slopes = read(quantity, asking, answer)
+                outcome.outputs[str(quantity)] = value
+                outcome.gradients[str(quantity)] = _sorted(slopes, design.keys or ())
 
 
-def request(experiment: str, wanted: Sequence[Quantity], asked: AskedDesign) -> Request:
+def request(experiment: str, wanted: Sequence[Quantity], design: AskedDesign) -> Request:
     """Ask for the simulation that quantities are read from.
 
     Args:
         experiment: that gives them.
         wanted: quantities; where all are readings at the highest pressure, the path stops where the
             configuration says.
-        asked: of the design.
+        design: its configuration, and what is wanted of it.
 
     Returns:
         The request.
@@ -105,19 +105,20 @@ def request(experiment: str, wanted: Sequence[Quantity], asked: AskedDesign) -> 
     """
     from dolfingrip.experiments.derivatives.gradients import XI, by_adjoint
 
-    keys = asked.keys
-    if keys is None and by_adjoint(asked.config):
+    keys = design.keys
+    if keys is None and by_adjoint(design.config):
         keys = XI
-    names = tuple(dict.fromkeys(each.name for each in wanted))
-    if all(not each.where and each.name in CHANNELS for each in wanted):
+    names = tuple(dict.fromkeys(quantity.name for quantity in wanted))
+    if all(not quantity.where and quantity.name in CHANNELS for quantity in wanted):
         return Request.of(
-            experiment, asked.config, keys, at_highest=True,
+            experiment, design.config, keys, at_highest=True,
             columns=(PRESSURE.name, *names, CONTACT_GAP.name),
-            fields=None if asked.fields is None else asked.fields / experiment, ranks=asked.ranks,
+            fields=None if design.fields is None else design.fields / experiment,
+            ranks=design.ranks,
         )  # fmt: skip
-    if asked.fields is not None:
+    if design.fields is not None:
         raise ConfigError(f"--fields: allowed: without a place, as in {wanted[0]}")
-    return replace(at_places(experiment, wanted, asked.config, keys), ranks=asked.ranks)
+    return replace(at_places(experiment, wanted, design.config, keys), ranks=design.ranks)
 
 
 def at_places(
@@ -142,11 +143,11 @@ def at_places(
     Raises:
         ConfigError: one line, where there is no such design.
     """
-    places = tuple(dict.fromkeys(place for each in wanted for place in _places(each, config)))
+    places = tuple(dict.fromkeys(place for q in wanted for place in _places(q, config)))
     highest = max((place.value for place in places if place.column == PRESSURE.name), default=0.0)
     if highest > config.experiment.max_pressure_kPa:
         config = config.changed(experiment={"max_pressure_kPa": highest})
-    columns = tuple(dict.fromkeys(each.name for each in wanted))
+    columns = tuple(dict.fromkeys(q.name for q in wanted))
     return Request.of(experiment, config, keys, columns=columns, places=places, **further)
 
 
@@ -157,19 +158,19 @@ def _places(quantity: Quantity, config: Config) -> list[Place]:
     return [Place(quantity.where, value) for value in quantity.values]
 
 
-def read(quantity: Quantity, asked: Request, answer: Answer) -> tuple[float, dict[str, float]]:
+def read(quantity: Quantity, request: Request, answer: Answer) -> tuple[float, dict[str, float]]:
     """Read a quantity from the answer of its request.
 
     Args:
         quantity: that was asked for.
-        asked: the request.
+        request: the request.
         answer: without a failure.
 
     Returns:
         Its value, and its derivatives by key of the parameter, as far as they were taken.
     """
-    if asked.places:
-        at = [asked.places.index(place) for place in _places(quantity, asked.config)]
+    if request.places:
+        at = [request.places.index(place) for place in _places(quantity, request.config)]
     else:
         at = [int(np.argmax(answer.columns[PRESSURE.name]))]
     slopes = {
@@ -187,12 +188,12 @@ def _sorted(slopes: dict[str, float], keys: Sequence[str]) -> dict[str, float]:
     return {label: slopes[label] for label in ranked}
 
 
-def _curve(asked: Request, answer: Answer) -> dict[str, list[float]]:
+def _curve(request: Request, answer: Answer) -> dict[str, list[float]]:
     """Readings at each pressure or place that was reached."""
-    prefix = EXPERIMENTS[asked.experiment.name]
+    prefix = EXPERIMENTS[request.experiment.name]
     common: dict[str, np.ndarray] = dict.fromkeys((PRESSURE.name, CONTACT_GAP.name), np.empty(0))
-    if answer.columns and {place.column for place in asked.places} == {PRESSURE.name}:
-        common[PRESSURE.name] = np.array([place.value for place in asked.places])
+    if answer.columns and {place.column for place in request.places} == {PRESSURE.name}:
+        common[PRESSURE.name] = np.array([place.value for place in request.places])
     return {
         f"{prefix}_{name}" if name in common else name: list(map(float, values))
         for name, values in {**common, **answer.columns}.items()

@@ -15,16 +15,16 @@ class ShapeNumbers(QuantitySource):
 
     names: ClassVar = (COG, MASS)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         from dolfingrip.experiments.derivatives.gradients import shape_number
         from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 
-        keys = asked.keys
-        parameters = None if keys is None else chosen(asked.config, keys)
+        keys = design.keys
+        parameters = None if keys is None else chosen(design.config, keys)
         assert outcome.gradients is not None
-        for each in wanted:
-            value, slopes = shape_number(each.name, asked.config, parameters)
-            for choice in choices(asked.config, keys):
-                other, _ = shape_number(each.name, choice.other, ())
+        for quantity in wanted:
+            value, slopes = shape_number(quantity.name, design.config, parameters)
+            for choice in choices(design.config, keys):
+                other, _ = shape_number(quantity.name, choice.other, ())
                 slopes[choice.label] = choice.difference(value, other)
-            outcome.outputs[str(each)], outcome.gradients[str(each)] = value, slopes
+            outcome.outputs[str(quantity)], outcome.gradients[str(quantity)] = value, slopes

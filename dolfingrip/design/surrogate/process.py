@@ -89,9 +89,9 @@ class GradientProcess:
         dimensions = self._x.shape[1]
         bounds = [(np.log(SHORTEST), np.log(LONGEST))] * dimensions
         begin = np.full(dimensions, np.log(TYPICAL))
-        found = minimize(self._unlikely, begin, method="L-BFGS-B", bounds=bounds)
-        self.lengths: Floats = np.exp(found.x)
-        self._members, self._shares = self._ensemble(found.x, bounds)
+        fit = minimize(self._unlikely, begin, method="L-BFGS-B", bounds=bounds)
+        self.lengths: Floats = np.exp(fit.x)
+        self._members, self._shares = self._ensemble(fit.x, bounds)
         self.calibration = max(1.0, float(np.sqrt(np.mean(self.left_out() ** 2))))
 
     def predict(self, inputs: Floats) -> tuple[Floats, Floats]:
@@ -112,7 +112,7 @@ class GradientProcess:
     def draws(self, inputs: Floats, count: int) -> Floats:
         """Functions drawn from what is known of it, at inputs (m, d), shape (count, m)."""
         random = np.random.default_rng(self._seed)
-        found = []
+        drawn = []
         for member, times in zip(
             self._members, random.multinomial(count, self._shares), strict=True
         ):
@@ -124,8 +124,8 @@ class GradientProcess:
             sizes, directions = np.linalg.eigh((left + left.T) / 2)
             root = directions * np.sqrt(member.variance * np.clip(sizes, 0.0, None))
             normal = random.standard_normal((times, len(inputs)))
-            found.append(cross @ member.weights + self.calibration * normal @ root.T)
-        return self._mean + np.concatenate(found)
+            drawn.append(cross @ member.weights + self.calibration * normal @ root.T)
+        return self._mean + np.concatenate(drawn)
 
     # -- members ---------------------------------------------------------------------------------
 
@@ -191,13 +191,13 @@ class GradientProcess:
 
     def _left_out(self, member: _Member) -> Floats:
         inverse = cho_solve(member.factor, np.eye(len(self._y)))
-        found = []
+        residuals = []
         for i in range(len(self._x)):
-            own = np.arange(i, len(self._y), len(self._x))
-            spread = np.linalg.inv(inverse[np.ix_(own, own)])
-            off = float(spread[0] @ member.weights[own])
-            found.append(off / np.sqrt(member.variance * spread[0, 0]))
-        return np.array(found)
+            block = np.arange(i, len(self._y), len(self._x))
+            spread = np.linalg.inv(inverse[np.ix_(block, block)])
+            off = float(spread[0] @ member.weights[block])
+            residuals.append(off / np.sqrt(member.variance * spread[0, 0]))
+        return np.array(residuals)
 
     def _covariance(
         self, a: Floats, b: Floats, lengths: Floats, *, at_a: bool = True, at_b: bool = True
@@ -217,7 +217,7 @@ class GradientProcess:
         for i in rows:
             row = [-first * scaled[:, :, i]]
             for j in columns:
-                own = first / lengths[i] ** 2 if i == j else 0.0
-                row.append(own - second * scaled[:, :, i] * scaled[:, :, j])
+                diagonal = first / lengths[i] ** 2 if i == j else 0.0
+                row.append(diagonal - second * scaled[:, :, i] * scaled[:, :, j])
             blocks.append(row)
         return np.block(blocks)

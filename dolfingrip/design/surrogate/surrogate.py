@@ -155,8 +155,8 @@ class Surrogate:
 
     def sha256(self) -> str:
         """A fingerprint of weights and ranges: equal where all predictions are."""
-        own = {"inputs", "outputs", "layers", "activation"}
-        digest = hashlib.sha256(self.facts.model_dump_json(include=own).encode())
+        fields = {"inputs", "outputs", "layers", "activation"}
+        digest = hashlib.sha256(self.facts.model_dump_json(include=fields).encode())
         for weights in self.net.parameters():
             digest.update(weights.detach().numpy().astype("<f8").tobytes())
         return digest.hexdigest()
@@ -227,10 +227,10 @@ def load(folder: Path) -> Surrogate:
         net = network(facts.layers, facts.activation)
         with package.opened(folder / WEIGHTS, _AS_THEY_ARE):
             # weights_only: an unpickler that knows tensors and nothing else
-            found = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
-        net.load_state_dict(found)
+            state = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
+        net.load_state_dict(state)
     except Exception:  # any error of the parser on a broken file
         raise others from None
-    if not all(torch.isfinite(each).all() for each in net.parameters()):
+    if not all(torch.isfinite(tensor).all() for tensor in net.parameters()):
         raise ConfigError(f"{folder / WEIGHTS}: weights that are no finite numbers")
     return Surrogate(facts, net)

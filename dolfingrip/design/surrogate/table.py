@@ -71,8 +71,8 @@ def read(source: Path, inputs: Sequence[str], outputs: Sequence[str]) -> Table:
     columns = _columns(source)
     for name in (*inputs, *outputs):
         if name not in columns.column_names:
-            known = ", ".join(columns.column_names)
-            raise ConfigError(f"{source}: no column {name}; allowed: {known}")
+            allowed = ", ".join(columns.column_names)
+            raise ConfigError(f"{source}: no column {name}; allowed: {allowed}")
     numbers = {name: _numbers(source, columns, name) for name in (*inputs, *outputs)}
     x = np.column_stack([numbers[name] for name in inputs])
     y = np.column_stack([numbers[name] for name in outputs])

@@ -139,7 +139,7 @@ def train(
 
 def _fit(
     net: torch.nn.Module,
-    known: Pair,
+    seen: Pair,
     unseen: Pair,
     settings: TrainingSettings,
     sampled_epochs: int,
@@ -156,12 +156,12 @@ def _fit(
 
     def errors() -> tuple[float, float]:
         with torch.no_grad():
-            return tuple(float(mse(net(x), y)) for x, y in (known, unseen))  # type: ignore[return-value]
+            return tuple(float(mse(net(x), y)) for x, y in (seen, unseen))  # type: ignore[return-value]
 
     curve = [(0, *errors())]
     for epoch in range(1, settings.epochs + 1):
         adam.zero_grad()
-        mse(net(known[0]), known[1]).backward()
+        mse(net(seen[0]), seen[1]).backward()
         adam.step()
         decay.step()
         if epoch % sampled_epochs == 0 or epoch == settings.epochs:

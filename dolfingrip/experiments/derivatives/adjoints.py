@@ -92,16 +92,16 @@ class FingerAdjoints:
         """
         if self._finger.site.geometric:
             raise NoShapeGradient("effects that measure the mesh: no derivative by coordinates")
-        rest = self._rest_by_coordinates()
-        found = {}
+        resting = self._rest_by_coordinates()
+        by_column = {}
         for name, adjoint in self._adjoints.items():
             here = adjoint.by_coordinates(self.coordinates)
             if isinstance(self._readings[name], FromRest):
-                here = here.plus(rest[name], -1.0)
-            if PLACE in rest:
-                here = here.plus(rest[PLACE], self._by_place[name])
-            found[name] = here
-        return found
+                here = here.plus(resting[name], -1.0)
+            if PLACE in resting:
+                here = here.plus(resting[PLACE], self._by_place[name])
+            by_column[name] = here
+        return by_column
 
     @cached_property
     def _by_place(self) -> dict[str, float]:
@@ -117,27 +117,29 @@ class FingerAdjoints:
     def _counted(self) -> list[Reading]:
         """List what depends on the state at rest: readings that count from there, and the plate."""
         plate = self._finger.plate
-        found = [each.raw for each in self._readings.values() if isinstance(each, FromRest)]
-        return found if plate is None else [*found, PlatePlace(self._finger.model, plate)]
+        raw = [reading.raw for reading in self._readings.values() if isinstance(reading, FromRest)]
+        return raw if plate is None else [*raw, PlatePlace(self._finger.model, plate)]
 
     def _rest_by_coordinates(self) -> dict[str, ShapeDerivative]:
         """Derivatives at rest of :meth:`_counted`, by column."""
         finger, counted = self._finger, self._counted()
         with at_rest(finger):
             if not has_weight(finger):  # it stays undeformed, whatever its shape
-                return {each.column: self._partial(each) for each in counted}
+                return {reading.column: self._partial(reading) for reading in counted}
             model = finger.by_pressure
             solve = Newton(model, finger.config.solver).linear()
             return {
-                each.column: Adjoint(model, lambda: solve, each).by_coordinates(self.coordinates)
-                for each in counted
+                reading.column: Adjoint(model, lambda: solve, reading).by_coordinates(
+                    self.coordinates
+                )
+                for reading in counted
             }
 
     def _partial(self, reading: Reading) -> ShapeDerivative:
         """Derivatives by coordinates at fixed unknowns."""
-        own = ShapeGradient(self.coordinates)
-        reading.add_shape_gradient(own)
-        return ShapeDerivative(self.coordinates, own.owned)
+        gradient = ShapeGradient(self.coordinates)
+        reading.add_shape_gradient(gradient)
+        return ShapeDerivative(self.coordinates, gradient.owned)
 
     # -- by parameters ---------------------------------------------------------------------------
 
@@ -154,20 +156,20 @@ class FingerAdjoints:
             parameters: any but choices of the model.
         """
         points = self._finger.model.domain.mesh.geometry.x
-        shaped = [each for each in parameters if each.entry is Entry.SHAPE]
+        shaped = [parameter for parameter in parameters if parameter.entry is Entry.SHAPE]
         try:
             by_points = self.by_coordinates if shaped else {}
         except NoShapeGradient:
             shaped, by_points = [], {}
         moving = velocities(shaped, config, unplaced(points, config)) if shaped else {}
-        others = [each for each in parameters if each.key not in moving]
+        others = [parameter for parameter in parameters if parameter.key not in moving]
         by_others = self._by_differences(config, others)
         return {
             name: {
-                each.key: by_points[name].along(moving[each.key])
-                if each.key in moving
-                else by_others[name][each.key]
-                for each in parameters
+                parameter.key: by_points[name].along(moving[parameter.key])
+                if parameter.key in moving
+                else by_others[name][parameter.key]
+                for parameter in parameters
             }
             for name in self._adjoints
         }
@@ -177,26 +179,26 @@ class FingerAdjoints:
     ) -> dict[str, dict[str, float]]:
         """Derivatives by the perturbations of parameters, by column and by key."""
         finger = self._finger
-        each = perturbations(parameters, config, finger)
+        moves = perturbations(parameters, config, finger)
         counted = self._counted()
-        zeros: list[dict[str, float]] = [{} for _ in each]
-        if each and counted:
+        zeros: list[dict[str, float]] = [{} for _ in moves]
+        if moves and counted:
             model = finger.by_pressure
             with at_rest(finger):  # from where readings and the plate's gap count
                 linear = Newton(model, finger.config.solver).linear
-                rest = ForwardSensitivity(model, linear, each)
-                zeros = rest.readings(lambda: {one.column: one.value() for one in counted})
-            for one, change in zip(each, rest.changes, strict=True):
+                resting = ForwardSensitivity(model, linear, moves)
+                zeros = resting.readings(lambda: {one.column: one.value() for one in counted})
+            for one, change in zip(moves, resting.changes, strict=True):
                 moved = change.unknowns[: len(model.u.x.array)]
                 one.at_rest = moved if put_at_rest(finger) and moved.any() else None
-        found: dict[str, dict[str, float]] = {}
+        by_column: dict[str, dict[str, float]] = {}
         for name, adjoint in self._adjoints.items():
             counts = isinstance(self._readings[name], FromRest)
-            found[name] = {
+            by_column[name] = {
                 one.parameter.key: adjoint.derivative(one) - (zero[name] if counts else 0.0)
-                for one, zero in zip(each, zeros, strict=True)
+                for one, zero in zip(moves, zeros, strict=True)
             }
-        return found
+        return by_column
 
 
 def _raw(reading: Reading) -> Reading:

@@ -118,12 +118,12 @@ def answers(
     rig = type(experiment)(made_for).prepare(config, comm, Profile())
     assert isinstance(rig, FingerRig)
     wanted = find(config, list(keys)) if keys else []
-    found = _Path(rig, config, columns, wanted).answers(places)
-    values = {name: np.array([here[name] for here, _ in found]) for name in columns}
+    taken = _Path(rig, config, columns, wanted).answers(places)
+    values = {name: np.array([here[name] for here, _ in taken]) for name in columns}
     slopes = {
-        (name, each.key): np.array([by.get(name, {}).get(each.key, np.nan) for _, by in found])
+        (name, p.key): np.array([by.get(name, {}).get(p.key, np.nan) for _, by in taken])
         for name in columns
-        for each in wanted
+        for p in wanted
     }
     return values, slopes
 
@@ -162,10 +162,10 @@ class _Path:
             if column == SIDE_STIFFNESS and load("y") in finger.parameters:
                 continue
             if column not in self._readings:
-                known = ", ".join(
-                    each for each, one in self._readings.items() if one.differentiable
+                allowed = ", ".join(
+                    name for name, one in self._readings.items() if one.differentiable
                 )
-                raise ConfigError(f"{column}: no such reading here; allowed: {known}")
+                raise ConfigError(f"{column}: no such reading here; allowed: {allowed}")
 
     def answers(self, places: Sequence[tuple[str, float]]) -> list[tuple[Values, Slopes]]:
         failure = self._rig.start(self._path, Stop(0.0, 0.0, "loading"))
@@ -178,14 +178,14 @@ class _Path:
         by_pressure = [i for i, (column, _) in enumerate(places) if column == PRESSURE.name]
         by_pressure.sort(key=lambda i: places[i][1])
         others = [i for i in range(len(places)) if i not in by_pressure]
-        found: dict[int, tuple[Values, Slopes]] = {}
+        taken: dict[int, tuple[Values, Slopes]] = {}
         for i in by_pressure:
             self._go(places[i][1])
-            found[i] = self._here(None)
+            taken[i] = self._here(None)
         for i in others:
             self._search(*places[i])
-            found[i] = self._here(places[i][0])
-        return [found[i] for i in range(len(places))]
+            taken[i] = self._here(places[i][0])
+        return [taken[i] for i in range(len(places))]
 
     # -- along the path --------------------------------------------------------------------------
 
@@ -254,7 +254,7 @@ class _Path:
                 return moved.value(), []
             adjoints = FingerAdjoints(self._finger, readings, self._rig.newton)
             slopes = adjoints.by_parameters(self._config, self._parameters)
-            return moved.value(), [slopes[each.column] for each in readings]
+            return moved.value(), [slopes[reading.column] for reading in readings]
 
         before, without = at(moved, area)
         force.value = PROBE_N
@@ -285,12 +285,12 @@ class _Path:
         if where is None:
             return slopes
         by_pressure = adjoints.derivatives(_PressureRaised(self._finger.model.controls))
-        found = {}
+        by_column = {}
         for name in columns:
             along = 1.0 if name == PRESSURE.name else by_pressure[name]
-            found[name] = {
+            by_column[name] = {
                 key: (0.0 if name == PRESSURE.name else slopes[name][key])
                 - along / by_pressure[where] * slope
                 for key, slope in slopes[where].items()
             }
-        return found
+        return by_column

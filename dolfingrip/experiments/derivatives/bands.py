@@ -68,13 +68,13 @@ class Bands:
     spreads: Mapping[str, float]
 
     @classmethod
-    def of(cls, experiment: Experiment, config: Config, told: Mapping[str, Any]) -> Self:
+    def of(cls, experiment: Experiment, config: Config, stated: Mapping[str, Any]) -> Self:
         """Make the bands of a run.
 
         Args:
             experiment: that is run.
             config: with its settings.
-            told: standard deviations that replace the usual ones, or come beside them.
+            stated: standard deviations that replace the usual ones, or come beside them.
 
         Returns:
             The bands, with what the run feels.
@@ -83,12 +83,12 @@ class Bands:
             ConfigError: one line with a key that is nothing of this run, or a value that is no
                 standard deviation.
         """
-        own = config
+        neutral = config
         if cls(experiment, config, {})._pressurised:
-            own = changed(config, neutral_stages(config))
-        felt_keys = _felt(experiment, own)
-        noisy = [each.name for each in CHANNELS.values() if each.noise]
-        for key, value in told.items():
+            neutral = changed(config, neutral_stages(config))
+        felt_keys = _felt(experiment, neutral)
+        noisy = [channel.name for channel in CHANNELS.values() if channel.noise]
+        for key, value in stated.items():
             number = isinstance(value, int | float) and not isinstance(value, bool)
             if not number or not 0 <= value < math.inf:
                 raise ConfigError(f"--uncertain {key} = {value}: allowed: a number from 0 on")
@@ -98,18 +98,18 @@ class Bands:
                     f"--uncertain {key}: nothing of this run; allowed: {allowed}, or a number of "
                     "the configuration, as finger.wall_mm"
                 )
-        spreads = {key: float(std) for key, std in {**usual(), **told}.items()}
-        felt = {*cls(experiment, own, spreads).changes, *noisy}
+        spreads = {key: float(std) for key, std in {**usual(), **stated}.items()}
+        felt = {*cls(experiment, neutral, spreads).changes, *noisy}
         return cls(
-            experiment, own, {key: std for key, std in spreads.items() if key in felt and std}
+            experiment, neutral, {key: std for key, std in spreads.items() if key in felt and std}
         )
 
     @cached_property
     def changes(self) -> dict[str, dict[str, float]]:
         """Changes of parameters at one standard deviation, by what is not known."""
-        known = _felt(self.experiment, self.config)
-        each = {k: changes(self.config, k, std) for k, std in self.spreads.items()}
-        return {k: found for k, found in each.items() if found and known.issuperset(found)}
+        felt = _felt(self.experiment, self.config)
+        by_spread = {k: changes(self.config, k, std) for k, std in self.spreads.items()}
+        return {k: moves for k, moves in by_spread.items() if moves and felt.issuperset(moves)}
 
     @cached_property
     def _softening(self) -> dict[str, float]:
@@ -129,8 +129,8 @@ class Bands:
         """
         if further is not None and not further:
             return ()
-        own = [key for found in (*self.changes.values(), self._softening) for key in found]
-        return tuple(dict.fromkeys([*(further or ()), *own]))
+        band_keys = [key for moves in (*self.changes.values(), self._softening) for key in moves]
+        return tuple(dict.fromkeys([*(further or ()), *band_keys]))
 
     def parts(self, column: str, slopes: Mapping[tuple[str, str], float]) -> dict[str, float]:
         """Return the change of a reading at one standard deviation of each number.
@@ -142,13 +142,13 @@ class Bands:
         Returns:
             Changes in the column's unit, with the noise; empty where the reading has no derivative.
         """
-        found = {
-            name: sum(slopes[column, key] * amount for key, amount in own.items())
-            for name, own in self.changes.items()
-            if all((column, key) in slopes for key in own)
+        parts = {
+            name: sum(slopes[column, key] * amount for key, amount in moves.items())
+            for name, moves in self.changes.items()
+            if all((column, key) in slopes for key in moves)
         }
         noise = {column: self.spreads[column]} if column in self.spreads else {}
-        return {**found, **noise} if found else {}
+        return {**parts, **noise} if parts else {}
 
     def ends(
         self, rows: Sequence[Row], entries: Iterable[Mapping[str, Any]], columns: Container[str]
@@ -170,15 +170,15 @@ class Bands:
                  if column in row and column in columns}  # fmt: skip
         softer = {column: self._softer(column, rows, slopes, before) for column in parts}
         equal = self._equal(parts, softer, row)
-        found: Row = {}
-        for column, own in parts.items():
-            if not math.isfinite(sum(own.values())):
+        bands: Row = {}
+        for column, effects in parts.items():
+            if not math.isfinite(sum(effects.values())):
                 continue
             if row[column] == 0:  # at rest, where instruments are zeroed; a force has a kink there
-                own = {key: part for key, part in own.items() if key == column}
-            ends = _ends(row[column], own, equal, softer[column])
-            found |= dict(zip(of_band(column), ends, strict=True))
-        return found
+                effects = {key: part for key, part in effects.items() if key == column}
+            ends = _ends(row[column], effects, equal, softer[column])
+            bands |= dict(zip(of_band(column), ends, strict=True))
+        return bands
 
     def _before(self, rows: Sequence[Row]) -> int | None:
         """The last stop at half the pressure of the last row, or less; None where there is none."""
@@ -219,24 +219,24 @@ class Bands:
 
         It explains the relative changes of the readings that grow with the load.
         """
-        known = [
-            (curve.slope / row[column], {key: part / row[column] for key, part in own.items()})
-            for column, own in parts.items()
+        relative = [
+            (curve.slope / row[column], {key: part / row[column] for key, part in changes.items()})
+            for column, changes in parts.items()
             if (curve := softer[column]) and column in CHANNELS and CHANNELS[column].grows
             if row[column]
         ]
-        whole = sum(slope**2 for slope, _ in known)
-        if not whole:
+        total = sum(slope**2 for slope, _ in relative)
+        if not total:
             return {}
         return {
-            key: sum(slope * own[key] for slope, own in known if key in own) / whole
+            key: sum(slope * changes[key] for slope, changes in relative if key in changes) / total
             for key in self.changes
         }
 
 
 def _felt(experiment: Experiment, config: Config) -> set[str]:
     """Keys of the parameters that an experiment feels."""
-    return {each.key for each in every(config) if each.section.felt_on(experiment.parts)}
+    return {p.key for p in every(config) if p.section.felt_on(experiment.parts)}
 
 
 def _ends(
@@ -250,14 +250,14 @@ def _ends(
         equal: softness that each number is equal to.
         softer: the reading by the softness; None: it is linear in all numbers.
     """
-    rest = np.array(list(parts.values()))
-    kappa = np.zeros_like(rest)
+    residual = np.array(list(parts.values()))
+    kappa = np.zeros_like(residual)
     if softer is not None:
         kappa += np.array([equal.get(key, 0.0) for key in parts])
-        rest = rest - kappa * softer.slope
+        residual = residual - kappa * softer.slope
     size = float(np.linalg.norm(kappa))
-    along = float(rest @ kappa) / size if size else 0.0
-    across = max(float(rest @ rest) - along**2, 0.0)
+    along = float(residual @ kappa) / size if size else 0.0
+    across = max(float(residual @ residual) - along**2, 0.0)
     center = along * GRID + (value if softer is None else softer(size * GRID))
     # each node of the grid is as wide as their distance
     widths = np.sqrt(across + np.gradient(center) ** 2) + 1e-12 * abs(value)
@@ -284,12 +284,12 @@ def _by_row(
         entries: as dictionaries of ``sensitivity.csv``.
         rows: that are looked for.
     """
-    found: dict[int, dict[tuple[str, str], float]] = defaultdict(dict)
-    for each in entries:
-        if each["row"] in rows:
-            place = each["column"], each["parameter"]
-            found[each["row"]][place] = float(each["derivative"])
-    return found
+    slopes: dict[int, dict[tuple[str, str], float]] = defaultdict(dict)
+    for entry in entries:
+        if entry["row"] in rows:
+            place = entry["column"], entry["parameter"]
+            slopes[entry["row"]][place] = float(entry["derivative"])
+    return slopes
 
 
 def band_sentences(experiment: Experiment, result: Result) -> list[str]:
@@ -302,28 +302,28 @@ def band_sentences(experiment: Experiment, result: Result) -> list[str]:
     Returns:
         A line for each curve of the experiment's plot; none where no bands were asked for.
     """
-    told = result.facts.bands
-    if not told or not result.rows:
+    spreads = result.facts.bands
+    if not spreads or not result.rows:
         return []
-    bands = Bands.of(experiment, result.config, told)
-    found = []
+    bands = Bands.of(experiment, result.config, spreads)
+    sentences = []
     for curve in experiment.plot.curves:
         low, high = of_band(curve.column)
         if low not in result:
             continue
         row = int(np.nanargmax(np.abs(result.column(experiment.control.name))))
         parts = bands.parts(curve.column, _by_row(result.sensitivities, (row,))[row])
-        whole = sum(part**2 for part in parts.values())
-        if not whole:
+        variance = sum(part**2 for part in parts.values())
+        if not variance:
             continue
-        shares = sorted(((part**2 / whole, key) for key, part in parts.items()), reverse=True)
+        shares = sorted(((part**2 / variance, key) for key, part in parts.items()), reverse=True)
         most = ", ".join(f"{key} {100 * share:.0f} %" for share, key in shares if share >= LEAST)
         channel, ends = CHANNELS[curve.column], (result.column(low)[row], result.column(high)[row])
         load = float(result.column(experiment.control.name)[row])
         at_load = f"{load:g} {experiment.control.symbol}"
-        found.append(
+        sentences.append(
             f"{channel.title} at {at_load}: {channel.said(result.column(curve.column)[row])}, "
             f"{100 * LEVEL:.0f} % between {channel.said(ends[0])} and {channel.said(ends[1])}; "
             f"of its variance: {most}"
         )
-    return found
+    return sentences

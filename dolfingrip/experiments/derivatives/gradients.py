@@ -58,16 +58,18 @@ class MassProperties:
             name: of the number.
             moving: velocities of the points, shape (n, 3), by key of the parameter.
         """
-        found = {}
+        slopes = {}
         if moving and name == MASS:
             by_points = moment_gradients(self._mesh)[0] * self._density
         elif moving:
             by_points = centroid_gradients(self._mesh)[0]
         for key, velocity in moving.items():
-            found[key] = float(np.vdot(by_points, velocity))
+            slopes[key] = float(np.vdot(by_points, velocity))
         if name == MASS:
-            found["material.density_kg_m3"] = self.value(name) / self._config.material.density_kg_m3
-        return found
+            slopes["material.density_kg_m3"] = (
+                self.value(name) / self._config.material.density_kg_m3
+            )
+        return slopes
 
 
 def shape_number(
@@ -89,11 +91,11 @@ def shape_number(
     if parameters is None:
         parameters = find(config, XI)
     mesh = solid(config)
-    shaped = [each for each in parameters if each.entry is Entry.SHAPE]
+    shaped = [p for p in parameters if p.entry is Entry.SHAPE]
     moving = velocities(shaped, config, unplaced(mesh.points, config)) if shaped else {}
-    found = MassProperties(mesh, config)
-    slopes = found.slopes(name, moving) if parameters else {}
-    return found.value(name), {each.key: slopes.get(each.key, 0.0) for each in parameters}
+    mass = MassProperties(mesh, config)
+    slopes = mass.slopes(name, moving) if parameters else {}
+    return mass.value(name), {p.key: slopes.get(p.key, 0.0) for p in parameters}
 
 
 def by_adjoint(config: Config) -> bool:
@@ -140,8 +142,8 @@ class AtHighest:
         if row != self._row:
             return
         finger: FingerModel = self._rig.specimen
-        known = self._rig.readings.items()
-        wanted = [one for name, one in known if name in self._columns and one.differentiable]
+        readings = self._rig.readings.items()
+        wanted = [one for name, one in readings if name in self._columns and one.differentiable]
         slopes = FingerAdjoints(finger, wanted).by_parameters(finger.config, self._parameters)
         for column, by_key in slopes.items():
             for key, slope in by_key.items():
@@ -172,13 +174,13 @@ def collectors(
         ConfigError: one line about a key.
     """
     parameters = chosen(config, keys)
-    found: list[Sensitivities | AtHighest] = []
+    derived: list[Sensitivities | AtHighest] = []
     if stops is not None and by_adjoint(config):
-        adjoint = [each for each in parameters if each.key in XI]
-        parameters = [each for each in parameters if each.key not in XI]
+        adjoint = [parameter for parameter in parameters if parameter.key in XI]
+        parameters = [parameter for parameter in parameters if parameter.key not in XI]
         highest = max(range(len(stops)), key=lambda i: stops[i].value)
         if adjoint:
-            found.append(AtHighest(rig, highest, adjoint, columns))
+            derived.append(AtHighest(rig, highest, adjoint, columns))
     if parameters:
-        found.append(Sensitivities(rig, config, parameters))
-    return found
+        derived.append(Sensitivities(rig, config, parameters))
+    return derived

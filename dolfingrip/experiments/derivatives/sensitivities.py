@@ -65,15 +65,15 @@ class Choice:
             there: rows of the run of :attr:`other`.
             columns: names of the rows that are made.
         """
-        found: list[Row] = []
+        rows: list[Row] = []
         for i, (first, second) in enumerate(zip(here, there, strict=False)):
             for name, value in first.items():
                 if name == "time_s" or not isinstance(value, float):
                     continue
                 apart = self.difference(value, second[name])
                 if math.isfinite(apart):
-                    found.append(dict(zip(columns, (i, name, self.label, apart), strict=True)))
-        return found
+                    rows.append(dict(zip(columns, (i, name, self.label, apart), strict=True)))
+        return rows
 
 
 def choices(config: Config, keys: Sequence[str] | None) -> list[Choice]:
@@ -88,7 +88,7 @@ def choices(config: Config, keys: Sequence[str] | None) -> list[Choice]:
     Raises:
         ConfigError: one line, where a choice cannot be made with the rest of ``config``.
     """
-    found = []
+    selected = []
     for key in dict.fromkeys(keys or ()):
         if key not in NUMERICAL:
             continue
@@ -96,8 +96,8 @@ def choices(config: Config, keys: Sequence[str] | None) -> list[Choice]:
         made = getattr(config.extensions, name) is not None
         other = config.changed(extensions={name: None if made else {}})
         other.adapted()  # raises where the choice does not go with the rest
-        found.append(Choice(key, made, other))
-    return found
+        selected.append(Choice(key, made, other))
+    return selected
 
 
 if TYPE_CHECKING:
@@ -133,14 +133,14 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
         )
     if not numbers:
         return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]
-    found = find(config, numbers)
-    for parameter in found:
+    parameters = find(config, numbers)
+    for parameter in parameters:
         if parameter.entry is Entry.CHOICE:
             raise ConfigError(
                 f"--parameters {parameter.key}: a choice of the model, which has no derivative; "
                 f"allowed: {parameter.key.rpartition('.')[0]}, the difference of two runs"
             )
-    return found
+    return parameters
 
 
 class Sensitivities:
@@ -170,7 +170,7 @@ class Sensitivities:
     def _true(self) -> dict[str, float]:
         """The readings that have derivatives, without the distortions of instruments."""
         readings = self._rig.readings.values()
-        return {each.column: each.value() for each in readings if each.differentiable}
+        return {reading.column: reading.value() for reading in readings if reading.differentiable}
 
     def rest(self) -> None:
         """Store the derivatives at rest, where some readings and the plate's gap are zero."""
@@ -185,9 +185,9 @@ class Sensitivities:
     def record(self, row: int) -> None:
         """Derive the readings of the present stop, which is row ``row`` of the result."""
         with self._rig.newton.profile.phase("sensitivities"):
-            found = self.forward.readings(self._true)
+            derived = self.forward.readings(self._true)
             self._rows.append(self._true())
-        for i, (parameter, slopes) in enumerate(zip(self._parameters, found, strict=True)):
+        for i, (parameter, slopes) in enumerate(zip(self._parameters, derived, strict=True)):
             if self._zero is not None:
                 slopes |= {
                     name: slopes[name] - self._zero[i][name]
@@ -225,4 +225,4 @@ class Sensitivities:
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, np.ndarray]:
     """Rows by column, (rows,) each."""
-    return {name: np.array([each[name] for each in rows]) for name in rows[0]}
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -57,11 +57,11 @@ class Softness:
         self.slope = -here.slope
         self._power = float(in_proportion)
         knots: list[tuple[float, float]] = []
-        for each in (before, here):
-            part = each.load / here.load
-            knots.append((part, each.value))
-            if part and math.isfinite(each.slope):
-                knots.append((part, (self._power * each.value - each.slope) / part))
+        for reading in (before, here):
+            part = reading.load / here.load
+            knots.append((part, reading.value))
+            if part and math.isfinite(reading.slope):
+                knots.append((part, (self._power * reading.value - reading.slope) / part))
         self._by_load = KroghInterpolator(*np.array(knots).T)
 
     def __call__(self, t: Floats) -> Floats:

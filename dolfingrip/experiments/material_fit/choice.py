@@ -87,7 +87,7 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     reasons += [
         f"{fit.law.title} is not chosen: {line}"
         for fit in fits
-        if not any(fit is each for each in stable)
+        if not any(fit is candidate for candidate in stable)
         and fit.relative_rms <= (1 + EQUAL) * best.relative_rms
         for line in instabilities(fit, reached)[-1:]
     ]
@@ -171,16 +171,16 @@ def _combination(fit: LawFit) -> list[str]:
 
 
 def _modes(fit: LawFit, data: Sequence[CouponSeries]) -> list[str]:
-    known = " and ".join(sorted({series.mode for series in data}, key=MODES.index))
-    at, found = np.array([min(MIDDLE_STRETCH, farthest(data))]), []
+    measured = " and ".join(sorted({series.mode for series in data}, key=MODES.index))
+    at, sentences = np.array([min(MIDDLE_STRETCH, farthest(data))]), []
     for mode in _open_modes(data):
-        middle, half = (float(each[0]) for each in fit.band(mode, at))
+        middle, half = (float(values[0]) for values in fit.band(mode, at))
         if half > LOOSE * abs(middle):
-            found.append(
-                f"{known} tension does not fix the {mode} response: at a stretch of {at[0]:.3g} "
+            sentences.append(
+                f"{measured} tension does not fix the {mode} response: at a stretch of {at[0]:.3g} "
                 f"{middle:.3g} ± {half:.2g} MPa (90 %); a coupon in {mode} tension would fix it"
             )
-    return found
+    return sentences
 
 
 def _open_modes(data: Sequence[CouponSeries]) -> list[Mode]:
@@ -215,18 +215,18 @@ def apart(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> list[str]:
         fits: the fitted laws.
         data: series that they were fitted to.
     """
-    least = min(each.misfit for each in fits)
-    equal = [each for each in fits if each.misfit <= max(each.count, 2 * least)]
-    at, found = np.array([min(MIDDLE_STRETCH, farthest(data))]), []
+    least = min(fit.misfit for fit in fits)
+    equal = [fit for fit in fits if fit.misfit <= max(fit.count, 2 * least)]
+    at, sentences = np.array([min(MIDDLE_STRETCH, farthest(data))]), []
     for mode in _open_modes(data) if len(equal) > 1 else ():
-        stresses = [(float(each.band(mode, at)[0][0]), each.law.title) for each in equal]
+        stresses = [(float(fit.band(mode, at)[0][0]), fit.law.title) for fit in equal]
         (low, soft), (high, stiff) = min(stresses), max(stresses)
         if high - low > LOOSE * abs(high):
-            found.append(
+            sentences.append(
                 f"laws that fit equally well differ in {mode} tension: at a stretch of {at[0]:.3g} "
                 f"from {low:.3g} ({soft}) to {high:.3g} MPa ({stiff})"
             )
-    return found
+    return sentences
 
 
 def accepted(

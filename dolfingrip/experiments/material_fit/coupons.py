@@ -115,7 +115,7 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
         table["mode"] = setup.get("mode", "uniaxial")
     if "specimen" not in table:
         table["specimen"] = ""
-    found = []
+    specimens = []
     for (mode, specimen), rows in table.groupby(["mode", "specimen"], sort=False, dropna=False):
         if mode not in (*MODES, COMPRESSION):
             every = ", ".join((*MODES, COMPRESSION))
@@ -124,7 +124,7 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
         if mode == COMPRESSION:
             mode, stretch, stress = MODES[0], 1 + pressed(stretch - 1), pressed(stress)
         keep = first_loading(
-            stretch, stress, told="branch" in rows and rows["branch"].notna().any()
+            stretch, stress, labelled="branch" in rows and rows["branch"].notna().any()
         )
         left_out = int((~keep).sum())
         keep &= (stretch > 0) & (stretch <= (max_stretch or np.inf))
@@ -137,11 +137,11 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
             )
         noise = _noise(setup, area, length, stretch, stress)
         name = f"{file.stem} {specimen}".strip()
-        found.append(CouponSeries(name, mode, stretch, stress, noise, left_out))
-    found = [series for series in found if len(series.stretch)]
-    if sum(len(series.stretch) for series in found) < 3:
+        specimens.append(CouponSeries(name, mode, stretch, stress, noise, left_out))
+    specimens = [series for series in specimens if len(series.stretch)]
+    if sum(len(series.stretch) for series in specimens) < 3:
         raise ConfigError(f"--fit {file}: allowed: at least 3 readings of the first loading")
-    return found
+    return specimens
 
 
 def _table(file: Path) -> pd.DataFrame:
@@ -154,13 +154,13 @@ def _table(file: Path) -> pd.DataFrame:
         raise ConfigError(f"--fit {file}: no table: {str(error).splitlines()[0]}") from None
     used = []
     for columns in (STRETCHES, STRESSES):
-        found = [column for column in columns if column in table]
-        if len(found) != 1:
-            has = f"columns {' and '.join(found)}" if found else "missing column"
+        present = [column for column in columns if column in table]
+        if len(present) != 1:
+            has = f"columns {' and '.join(present)}" if present else "missing column"
             raise ConfigError(f"--fit {file}: {has}; allowed: one of {', '.join(columns)}")
-        if not pd.api.types.is_numeric_dtype(table[found[0]]):
-            raise ConfigError(f"--fit {file}: column {found[0]}: allowed: numbers")
-        used += found
+        if not pd.api.types.is_numeric_dtype(table[present[0]]):
+            raise ConfigError(f"--fit {file}: column {present[0]}: allowed: numbers")
+        used += present
     return table.dropna(subset=used)
 
 
@@ -192,12 +192,12 @@ def _noise(
     stretch: np.ndarray,
     stress: np.ndarray,
 ) -> float | None:
-    known = setup.get("noise", {})
-    told = [float(known[column]) for column in STRESSES if column in known]
-    if not told:
+    noise = setup.get("noise", {})
+    force_N = [float(noise[column]) for column in STRESSES if column in noise]
+    if not force_N:
         return None
     steepness = 0.0
     if len(stretch) > 2 and np.ptp(stretch) > 0:
         steepness = abs(float(np.polyfit(stretch, stress, 1)[0]))
-    travels = [float(known[column]) for column in STRETCHES if column in known]
-    return float(np.hypot(told[0] / area_mm2, steepness * sum(travels[:1]) / length_mm))
+    travels = [float(noise[column]) for column in STRETCHES if column in noise]
+    return float(np.hypot(force_N[0] / area_mm2, steepness * sum(travels[:1]) / length_mm))

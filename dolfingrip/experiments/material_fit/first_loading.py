@@ -33,7 +33,7 @@ SLACK: Final = 0.04
 """Part of the farthest way from which on that is told."""
 
 
-def first_loading(stretch: np.ndarray, stress: np.ndarray, *, told: bool = False) -> np.ndarray:
+def first_loading(stretch: np.ndarray, stress: np.ndarray, *, labelled: bool = False) -> np.ndarray:
     """Say which readings of one specimen are of its first loading, (n,).
 
     Where it was pulled and pressed, either side has a first loading. Of loops that rise, those
@@ -44,18 +44,19 @@ def first_loading(stretch: np.ndarray, stress: np.ndarray, *, told: bool = False
     Args:
         stretch: (n,) stretches in the order of the rows.
         stress: (n,) nominal stresses.
-        told: a column tells which readings are of the loading; slips and breaks alone are sought.
+        labelled: a column tells which readings are of the loading; slips and breaks alone are
+            sought.
     """
     keep = np.ones(len(stretch), dtype=bool)
     for side, sign in ((stretch >= 1, 1.0), (stretch < 1, -1.0)):
-        own = np.flatnonzero(side)
-        way = sign * (stretch[own] - 1)
-        if not len(own) or not (told or _in_order(way)):
+        on_side = np.flatnonzero(side)
+        way = sign * (stretch[on_side] - 1)
+        if not len(on_side) or not (labelled or _in_order(way)):
             continue
-        parts = [own] if told else [own[part] for part in _onwards(way)]
+        parts = [on_side] if labelled else [on_side[part] for part in _onwards(way)]
         load = sign * stress[np.concatenate(parts)]
         noise = max(TURN * float(load.max()), _noise(load))
-        keep[own] = False
+        keep[on_side] = False
         for part in parts:
             keep[part] = _unbroken(sign * stress[part], noise)
             if not keep[part].all():
@@ -81,14 +82,14 @@ def _onwards(way: np.ndarray) -> list[np.ndarray]:
     farthest = before = -np.inf
     beyond = 0.0
     pending: list[int] = []
-    for i, each in enumerate(way):
-        if each > farthest + beyond:
+    for i, distance in enumerate(way):
+        if distance > farthest + beyond:
             parts[-1] += [*pending, i]
-            farthest, beyond, pending = each, 0.0, []
-        elif each < farthest - back:  # noise alone takes the tip of a later loop as far as this
+            farthest, beyond, pending = distance, 0.0, []
+        elif distance < farthest - back:  # noise alone takes the tip of a later loop as far as this
             before, beyond, pending = farthest, back, []
             parts.append([])
-        elif each > before:  # noise, unless the way back begins here
+        elif distance > before:  # noise, unless the way back begins here
             pending.append(i)
     return [np.array(part, dtype=int) for part in parts if part]
 

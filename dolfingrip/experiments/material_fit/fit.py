@@ -139,8 +139,8 @@ def fit(law: Law, data: Sequence[CouponSeries]) -> LawFit:
     starts = [np.array(start) for start in law.fittable.starts(scale)]
     if len(starts) > STARTS:
         starts = _likeliest(law, data, starts)
-    found = [_solved(law, residuals, start, scale) for start in starts]
-    values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
+    solutions = [_solved(law, residuals, start, scale) for start in starts]
+    values = np.asarray(min(solutions, key=lambda solution: float(solution.cost)).x)
     left = residuals(values)
     correlation, effective = _correlation(left, data)
     variance = residual_variance(float(left @ left), len(values), effective, data)
@@ -160,18 +160,18 @@ def fit(law: Law, data: Sequence[CouponSeries]) -> LawFit:
     )
 
 
-def of_use(found: LawFit, data: Sequence[CouponSeries]) -> LawFit:
+def of_use(fitted: LawFit, data: Sequence[CouponSeries]) -> LawFit:
     """Return the fit of the law without a term that improves nothing, else the fit itself.
 
     Args:
-        found: fit of a law.
+        fitted: fit of a law.
         data: series that it was fitted to.
     """
-    law = LAWS.get(found.law.fittable.fewer)
+    law = LAWS.get(fitted.law.fittable.fewer)
     if law is None:
-        return found
+        return fitted
     less = of_use(fit(law, data), data)
-    return less if less.scatter <= max((1 + NOTHING) * found.scatter, FINEST) else found
+    return less if less.scatter <= max((1 + NOTHING) * fitted.scatter, FINEST) else fitted
 
 
 def jacobian(law: Law, values: Values, function: Callable[[Values], np.ndarray]) -> np.ndarray:
@@ -194,7 +194,7 @@ def measured_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
 
 def predicted_MPa(law: Law, data: Sequence[CouponSeries], values: Values) -> np.ndarray:
     """Nominal stresses of the law at the stretches of the data."""
-    return np.concatenate([stress(law, each.mode, each.stretch, values) for each in data])
+    return np.concatenate([stress(law, series.mode, series.stretch, values) for series in data])
 
 
 def tolerances_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
@@ -234,7 +234,7 @@ def _noise_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
 def _likeliest(law: Law, data: Sequence[CouponSeries], starts: Sequence[Values]) -> list[Values]:
     """The starts with the least misfit, each with its best moduli, which the law is linear in."""
     moduli = [i for i, key in enumerate(law.keys) if "MPa" in key]
-    tolerance, found = tolerances_MPa(data), []
+    tolerance, ranked = tolerances_MPa(data), []
     for start in starts:
         scaled = start.copy()
         scaled[moduli] = 0.0
@@ -242,8 +242,8 @@ def _likeliest(law: Law, data: Sequence[CouponSeries], starts: Sequence[Values])
         basis = np.stack([predicted_MPa(law, data, unit) / tolerance for unit in units], axis=1)
         best, left = nnls(basis, measured_MPa(data) / tolerance)
         scaled[moduli] = np.maximum(best, NEGLIGIBLE * best.max())
-        found.append((float(left), scaled))
-    return [start for _, start in sorted(found, key=lambda each: each[0])[:STARTS]]
+        ranked.append((float(left), scaled))
+    return [start for _, start in sorted(ranked, key=lambda pair: pair[0])[:STARTS]]
 
 
 def _solved(
@@ -253,7 +253,7 @@ def _solved(
     return least_squares(
         residuals,
         start,
-        bounds=law.fittable.bounds([float(each) for each in start]),
+        bounds=law.fittable.bounds([float(entry) for entry in start]),
         x_scale=size,
         xtol=1e-12,
         ftol=1e-12,
@@ -273,13 +273,13 @@ def _covariance(slopes: np.ndarray, values: Values, scale: float) -> np.ndarray:
 def _correlation(left: np.ndarray, data: Sequence[CouponSeries]) -> tuple[float, float]:
     """Correlation of successive residuals, and the number of independent residuals."""
     parts = np.split(left, np.cumsum([len(series.stretch) for series in data])[:-1])
-    found, effective = [], 0.0
+    correlations, effective = [], 0.0
     for part in parts:
         size = float(part @ part)
         rho = float(part[1:] @ part[:-1]) / size if size else 0.0
-        found.append(min(max(rho, 0.0), 0.99))
-        effective += len(part) * (1 - found[-1]) / (1 + found[-1])
-    return float(np.mean(found)), max(effective, 2.0)
+        correlations.append(min(max(rho, 0.0), 0.99))
+        effective += len(part) * (1 - correlations[-1]) / (1 + correlations[-1])
+    return float(np.mean(correlations)), max(effective, 2.0)
 
 
 def allowed(fit: LawFit) -> bool:

@@ -59,9 +59,9 @@ class Law:
                 change.setdefault(path, []).append(float(value))
             else:
                 change[path] = float(value)
-        found: dict[str, Any] = {}
-        tables.put(found, change)
-        return found
+        by_name: dict[str, Any] = {}
+        tables.put(by_name, change)
+        return by_name
 
 
 def _of_material(law: type[MaterialLaw], fittable: Fittable) -> Law:
@@ -152,8 +152,8 @@ def stress(
     if bulk_MPa is None:
         logarithms = EXPONENTS[mode][:, None] * np.log(stretch)
         return np.asarray(law.energy(numbers, OfStretches(logarithms)).x / stretch)
-    found = [_compressible(law, mode, float(each), numbers, bulk_MPa) for each in stretch.ravel()]
-    return np.reshape(found, stretch.shape)
+    stresses = [_compressible(law, mode, float(x), numbers, bulk_MPa) for x in stretch.ravel()]
+    return np.reshape(stresses, stretch.shape)
 
 
 def _compressible(

@@ -52,7 +52,7 @@ def of_motion(result: Readings) -> Iterator[Doubt]:
     if not result.rows or BENDING_ANGLE.name not in result:
         return
     size, direction, angle, pressure = (
-        result.column(each.name) for each in (BENDING_ANGLE, BENDING_DIRECTION, ANGLE, PRESSURE)
+        result.column(c.name) for c in (BENDING_ANGLE, BENDING_DIRECTION, ANGLE, PRESSURE)
     )
     off = np.nan_to_num(np.abs(np.sin(np.radians(direction))))
     most = int(np.argmax(size * off))
@@ -75,8 +75,8 @@ def of_motion(result: Readings) -> Iterator[Doubt]:
             )
     if LARGEST_STRETCH.name in result:
         stretch = float(np.nanmax(result.column(LARGEST_STRETCH.name)))
-        yield from (Doubt("the law's stretch", each) for each in of_law(result.config, stretch))
-    ratios = [each.pressure_ratio for each in result.config.cavity.all.values()]
+        yield from (Doubt("the law's stretch", line) for line in of_law(result.config, stretch))
+    ratios = [cavity.pressure_ratio for cavity in result.config.cavity.all.values()]
     highest = int(np.argmax(pressure))
     forwards = pressure[highest] > 0 and all(ratio == 1 for ratio in ratios)
     if forwards and angle[highest] < -BACKWARDS_DEG:
@@ -134,12 +134,12 @@ def of_law(config: Config, stretch: float) -> list[str]:
         config: of the run.
         stretch: the largest one.
     """
-    name, known = known_as(config.material) or ("", {"stretch": np.inf})
-    if stretch <= 1.001 * known["stretch"]:
+    name, limit = known_as(config.material) or ("", {"stretch": np.inf})
+    if stretch <= 1.001 * limit["stretch"]:
         return []
     return [
-        f"{name}: the largest stretch is {stretch:.3g}; its law is known to {known['stretch']:g} "
-        f"alone ({known['source']})"
+        f"{name}: the largest stretch is {stretch:.3g}; its law is known to {limit['stretch']:g} "
+        f"alone ({limit['source']})"
     ]
 
 

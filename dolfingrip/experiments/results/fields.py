@@ -93,12 +93,12 @@ class FieldFile:
             whole.write(self._path.with_name(pieces[comm.rank]), PIECE.format(self._mesh + arrays))
         except whole.WriteError as error:
             failure = error
-        for each in comm.allgather(failure):  # the other ranks would wait for one that ends
-            if each is not None:
-                raise each
+        for problem in comm.allgather(failure):  # the other ranks would wait for one that ends
+            if problem is not None:
+                raise problem
         listed = f'    <DataSet timestep="{time_s:.10g}" part="0" file="{stem}{number}.pvtu" />'
         self._steps.append(listed)
-        declared = (f"<PDataArray {_declared(*each)}/>\n" for each in fields.items())
+        declared = (f"<PDataArray {_declared(*field)}/>\n" for field in fields.items())
         sources = (f'<Piece Source="{name}"/>\n' for name in pieces)
         contents = {
             f"{stem}{number}.pvtu": STEP.format("".join(declared), "".join(sources)),

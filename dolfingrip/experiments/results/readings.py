@@ -96,10 +96,10 @@ class Readings:
         Raises:
             ConfigError: one line with the columns there are, if no row has this one.
         """
-        found = self[name]
-        if found.dtype.kind == "U":
+        values = self[name]
+        if values.dtype.kind == "U":
             raise ConfigError(f"column {name}: of texts; allowed: a column of numbers")
-        return found
+        return values
 
     def columns(self) -> dict[str, list[Any]]:
         """The table by column, in the order of its file."""

@@ -30,7 +30,7 @@ PACKAGES = ("fenics-ffcx", "fenics-ufl", "gmsh", "ipctk", "meshio", "numpy", "sc
 
 def versions() -> dict[str, str]:
     """Versions of the software that a run depends on."""
-    found = {
+    versions = {
         "dolfingrip": __version__,
         "python": platform.python_version(),
         "dolfinx": dolfinx.__version__,
@@ -39,10 +39,10 @@ def versions() -> dict[str, str]:
     }
     for name in PACKAGES:
         try:
-            found[name.removeprefix("fenics-")] = metadata.version(name)
+            versions[name.removeprefix("fenics-")] = metadata.version(name)
         except metadata.PackageNotFoundError:  # a Debian package without metadata
-            found[name.removeprefix("fenics-")] = "unknown"
-    return found
+            versions[name.removeprefix("fenics-")] = "unknown"
+    return versions
 
 
 def run_file(config: Config, experiment: str, **facts: Any) -> RunFile:
@@ -62,8 +62,8 @@ def run_file(config: Config, experiment: str, **facts: Any) -> RunFile:
         experiment=experiment,
         versions=versions(),
         plugins=tuple(
-            PluginUsed(module=each.module, path=each.path, digest=each.digest, version=each.version)
-            for each in plugins.loaded()
+            PluginUsed(module=p.module, path=p.path, digest=p.digest, version=p.version)
+            for p in plugins.loaded()
         ),
         machine={"system": platform.platform(), "processors": os.cpu_count()},
         **facts,

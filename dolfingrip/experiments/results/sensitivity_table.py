@@ -32,7 +32,7 @@ class SensitivityTable(Sequence[dict[str, Any]]):
     """
 
     def __init__(self, entries: Iterable[Mapping[str, Any]] = ()) -> None:
-        self._entries = [dict(each) for each in entries]
+        self._entries = [dict(entry) for entry in entries]
 
     def __len__(self) -> int:
         """The number of derivatives."""
@@ -76,25 +76,25 @@ class SensitivityTable(Sequence[dict[str, Any]]):
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of the result that are derived."""
-        return tuple(dict.fromkeys(each["column"] for each in self._entries))
+        return tuple(dict.fromkeys(entry["column"] for entry in self._entries))
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """Keys of the configuration that they are derived by."""
-        return tuple(dict.fromkeys(each["parameter"] for each in self._entries))
+        return tuple(dict.fromkeys(entry["parameter"] for entry in self._entries))
 
     @property
     def values(self) -> npt.NDArray[np.float64]:
         """The derivatives, shape (rows, columns, parameters); NaN where there is none."""
         columns, parameters = self.columns, self.parameters
-        rows = 1 + max((each["row"] for each in self._entries), default=-1)
-        found = np.full((rows, len(columns), len(parameters)), np.nan)
+        rows = 1 + max((entry["row"] for entry in self._entries), default=-1)
+        slopes = np.full((rows, len(columns), len(parameters)), np.nan)
         at_column = {name: i for i, name in enumerate(columns)}
         at_parameter = {key: i for i, key in enumerate(parameters)}
-        for each in self._entries:
-            place = each["row"], at_column[each["column"]], at_parameter[each["parameter"]]
-            found[place] = each["derivative"]
-        return found
+        for entry in self._entries:
+            place = entry["row"], at_column[entry["column"]], at_parameter[entry["parameter"]]
+            slopes[place] = entry["derivative"]
+        return slopes
 
     def to_pandas(self) -> pd.DataFrame:
         """A data frame of pandas: a row for each row and column, a column for each parameter."""
@@ -120,6 +120,6 @@ class SensitivityTable(Sequence[dict[str, Any]]):
             table = read_csv(file, ours=True)
             rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
             return cls(
-                {**each, "row": int(each["row"]), "derivative": float(each["derivative"])}
-                for each in rows
+                {**entry, "row": int(entry["row"]), "derivative": float(entry["derivative"])}
+                for entry in rows
             )

@@ -164,8 +164,8 @@ class BarRig(Rig):
         self._config = config
         model = bar.model
         travel = ControlValue(model, DISPLACEMENT.name, model.controls[DISPLACEMENT.name])
-        found: list[Reading] = [Time(model), travel, bar.force(), *of_model(model, "bar")]
-        self.readings = {reading.column: reading for reading in found}
+        readings: list[Reading] = [Time(model), travel, bar.force(), *of_model(model, "bar")]
+        self.readings = {reading.column: reading for reading in readings}
         self._bar = bar
 
     @classmethod

@@ -116,12 +116,12 @@ class FingerModel:
 
     def pressure_in(self, cavity: str) -> Control:
         """Pressure (kPa) in a cavity: a part of the supply's, or that of its trapped air."""
-        asked = self.config.cavity.of(cavity)
-        if asked.closed:
+        settings = self.config.cavity.of(cavity)
+        if settings.closed:
             return Control(self.site.unknowns[f"{cavity}.pressure_MPa"].constant, KPA)
-        if own := self.site.supplies.get(cavity):
-            return Control(own, KPA)
-        ratio = asked.pressure_ratio
+        if supply := self.site.supplies.get(cavity):
+            return Control(supply, KPA)
+        ratio = settings.pressure_ratio
         return Control(self.site.pressure, KPA / ratio if ratio else np.inf)
 
     @property
@@ -152,8 +152,8 @@ class FingerModel:
         density = cavity_pressure.volume_density(site.u, site.domain.mesh)
         closing = sum(site.domain.closing_mm3.get(name, 0.0) for name in cavities)
         if abs(closing) > LEAST_MM3:
-            whole = sum(site.area_mm2(name) for name in cavities)
-            density += site.fixed(closing * site.domain.copies / whole)
+            area_mm2 = sum(site.area_mm2(name) for name in cavities)
+            density += site.fixed(closing * site.domain.copies / area_mm2)
         return density * exactly
 
     @property
@@ -161,23 +161,23 @@ class FingerModel:
         """Volume that the regulator's pressure works on (mm³): each cavity's by its ratio."""
         ratio = self.config.cavity.ratio
         volumes = [(ratio(name), self.volume_of(name)) for name in self.site.domain.cavities]
-        if all(each == 1 for each, _ in volumes):
+        if all(part == 1 for part, _ in volumes):
             return self.enclosed
-        return reduce(add, [self.site.fixed(each) * volume for each, volume in volumes])
+        return reduce(add, [self.site.fixed(part) * volume for part, volume in volumes])
 
     def control_volume(self) -> None:
         """Replace the model by one of the same state, controlled by the volume that is driven."""
         self.model = volume_controlled(self.model, self.cavity, self.driven)
 
-    def take_over(self, config: Config, rest: np.ndarray) -> None:
+    def take_over(self, config: Config, at_rest_mm: np.ndarray) -> None:
         """Put the plate and set the supply's stages as the adapted ``config`` asks for.
 
         Args:
             config: another configuration of the same model.
-            rest: displacement at rest (local array, mm), from which the plate's gap counts.
+            at_rest_mm: displacement at rest (local array, mm), from which the plate's gap counts.
         """
         if self.plate is not None:
-            self.plate.turn(normal_of(config.plate), config.plate.gap_mm, rest)
+            self.plate.turn(normal_of(config.plate), config.plate.gap_mm, at_rest_mm)
         for control in self.by_pressure.controls.values():
             if isinstance(control, Supply):
                 control.stages = config.extensions.active(Stage)
@@ -205,8 +205,8 @@ def pressures(config: Config, site: Site) -> ufl.Form:
             parts.append(trapped(config, site, name))
         elif name in config.cavity.own:
             site.supplies[name] = site.fixed(0.0)
-            own = cavity_pressure.energy(site.u, domain.mesh, site.supplies[name])
-            parts.append(own * domain.surface(name, quadrature_degree=degree))
+            supplied = cavity_pressure.energy(site.u, domain.mesh, site.supplies[name])
+            parts.append(supplied * domain.surface(name, quadrature_degree=degree))
         else:
             by_ratio.setdefault(config.cavity.ratio(name), []).append(name)
     for ratio, names in by_ratio.items():
@@ -268,8 +268,8 @@ def total_potential(
         sheets=sheets(config, mesh, site.parameters),
         degree=integration_degree(space, full=config.integration != "reduced"),
     )
-    own = (dead_weight(site), site.plate, site.obstacle, site.contact, *site.further)
-    return written, [term for term in own if term is not None]
+    terms = (dead_weight(site), site.plate, site.obstacle, site.contact, *site.further)
+    return written, [term for term in terms if term is not None]
 
 
 Energies = Sequence[StrainEnergy | ReducedIntegration] | ByPart
@@ -322,7 +322,7 @@ def build(
         scheme = config.solver.hht_alpha, config.solver.time_error_mm, added.inertia_from_s
         inertia = Inertia(u, domain, densities(site), *scheme)
     motion = [] if inertia is None else [inertia]
-    loads = [*added.loads, *(each.energy for each in motion)]
+    loads = [*added.loads, *(force.energy for force in motion)]
     potential, terms = total_potential(config, site, base, loads)
     controls, supplies = supply(config, site)
     supports = at_rest(u.function_space, site.domain, site.held)
@@ -358,12 +358,12 @@ def strain_energies(config: Config, site: Site, base: BaseMaterial) -> Energies:
     mesh, layers = site.domain.mesh, config.film.layers
     # the energy of a change of volume is integrated apart, with fewer points
     selective = config.integration == "selective" and site.p is None and config.hexahedra
-    found: dict[tuple[str, ...], list[StrainEnergy | ReducedIntegration]] = {}
+    energies: dict[tuple[str, ...], list[StrainEnergy | ReducedIntegration]] = {}
     for part in site.domain.parts or (REST,):
-        film = next((name for name, each in layers.items() if each.region == part), None)
+        film = next((name for name, other in layers.items() if other.region == part), None)
         if film is not None:
             layer = layer_energy(config, film, layers[film], mesh, site.parameters)
-            found[part,] = [ReducedIntegration(layer)]
+            energies[part,] = [ReducedIntegration(layer)]
             continue
         material = base
         if part != REST:
@@ -376,8 +376,8 @@ def strain_energies(config: Config, site: Site, base: BaseMaterial) -> Energies:
         if part == REST:
             energy = config.extensions.strain_energy(energy, site)
             energy, *volume = config.extensions.in_places([energy, *volume], site)
-        found[part,] = [energy, *map(ReducedIntegration, volume)]
-    return found if site.domain.parts else found[REST,]
+        energies[part,] = [energy, *map(ReducedIntegration, volume)]
+    return energies if site.domain.parts else energies[REST,]
 
 
 def element_name(config: Config, domain: Domain) -> str:

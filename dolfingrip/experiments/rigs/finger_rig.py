@@ -150,11 +150,11 @@ class FingerRig(Rig):
             return ()
         finger = self._finger
         growth = self._volume_mm3() / self._rest_mm3 - 1
-        found = protocol.stops_by_volume(self._config, growth, finger.model.time_s)
-        if found:
+        stops = protocol.stops_by_volume(self._config, growth, finger.model.time_s)
+        if stops:
             finger.control_volume()
             self.newton = self.newton.of(finger.model)
-        return found
+        return stops
 
     @property
     def softening(self) -> str:
@@ -231,10 +231,10 @@ class FingerRig(Rig):
         if self._config.experiment.control == "auto":
             return self.foreseen(attempted)  # the volume is controlled soon, or now
         model, good, fall = finger.model, finger.model.state(), BALLOONS if self.jumps else FALL
-        asked = self._config.solver, attempted["pressure_kPa"], fall
-        found = greatest(model, finger.cavity, finger.driven, *asked)
-        if found is not None and self.jumps:
-            pressure_kPa, top = found
+        settings = self._config.solver, attempted["pressure_kPa"], fall
+        peak = greatest(model, finger.cavity, finger.driven, *settings)
+        if peak is not None and self.jumps:
+            pressure_kPa, top = peak
             model.restore(top)
             stretch = self._observation.elongation.values()[LARGEST_STRETCH.name]
             walls = f"the walls of {' and '.join(driven)} balloon"
@@ -242,7 +242,7 @@ class FingerRig(Rig):
             self._balloons = "; ".join([said, *of_law(self._config, stretch)])
             if top.controls["pressure_kPa"] != pressure_kPa:
                 model.restore(good)
-        return found is not None
+        return peak is not None
 
 
 BALLOONS, FALL = 0.01, 1e-4
@@ -275,7 +275,7 @@ def put_at_rest(finger: FingerModel) -> bool:
     if has_weight(finger):
         return True
     cavities = finger.config.cavity.all.values()
-    return any(each.closed and each.closed_at_kPa != AMBIENT_KPA for each in cavities)
+    return any(cavity.closed and cavity.closed_at_kPa != AMBIENT_KPA for cavity in cavities)
 
 
 def go_to_rest(

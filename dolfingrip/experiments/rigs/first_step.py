@@ -33,14 +33,14 @@ TOWARDS_DEG: Final = 45.0
 """Angle between this way and the back, up to which the back fits."""
 
 
-def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> AdoptedPart:
+def adopt(path: Path, hints: Asked, wanted: MeshRequest, scale: float = 1.0) -> AdoptedPart:
     """Adopt a part, and let one step of pressure say which way it bends.
 
     Where that is not towards the back, the back is put there, unless the back was asked for.
 
     Args:
         path: CAD file, triangles or mesh.
-        asked: corrections of what is taken for what.
+        hints: corrections of what is taken for what.
         wanted: size and order of elements.
         scale: mm for each unit of length of the file.
 
@@ -50,7 +50,7 @@ def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
     Raises:
         MeshError: one line that says what is wrong with the part, and where.
     """
-    part = adoption.adopt(path, asked, wanted, scale)
+    part = adoption.adopt(path, hints, wanted, scale)
     share, way = _bends(part)
     if share < BENDS:
         part.roles.said["bends"] = (
@@ -60,34 +60,34 @@ def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
         return part
     # the back faces −x, and a part bends towards its back
     fits = -way[0] >= np.cos(np.radians(TOWARDS_DEG))
-    told = f"one step of pressure moves the tip across by {share:.2g} of the largest displacement"
+    moves = f"one step of pressure moves the tip across by {share:.2g} of the largest displacement"
     towards = part.roles.rotation.T @ way
     if fits:
-        part.roles.said["bends"] = f"towards the back: {told}"
+        part.roles.said["bends"] = f"towards the back: {moves}"
         return replace(part, bends_to_back=True)
     back = snapped(towards)
-    if asked.back is not None:
+    if hints.back is not None:
         part.roles.said["bends"] = (
-            f"towards {direction_said(back)}, away from the back that was asked for: {told}; its "
+            f"towards {direction_said(back)}, away from the back that was asked for: {moves}; its "
             "angle is negative without a film on the back"
         )
         return part
     guessed = part.roles.said["back"]
-    part = adoption.adopt(path, replace(asked, back=(back[0], back[1], back[2])), wanted, scale)
+    part = adoption.adopt(path, replace(hints, back=(back[0], back[1], back[2])), wanted, scale)
     part.roles.said["back"] = (
         f"faces {direction_said(back)}, corrected by the first step of pressure; the walls "
         f"had told otherwise: {guessed}"
     )
-    part.roles.said["bends"] = f"towards the corrected back: {told}"
+    part.roles.said["bends"] = f"towards the corrected back: {moves}"
     return replace(part, bends_to_back=True)
 
 
 def _bends(part: AdoptedPart) -> tuple[float, Floats]:
     """The tip's way across by the largest displacement, and (3,) its direction in the frame."""
-    found = _displaced(distribute(MPI.COMM_SELF, _corners(part.mesh)))
-    across = np.array([found.tip[0], 0.0 if part.roles.half else found.tip[1], 0.0])
+    moved = _displaced(distribute(MPI.COMM_SELF, _corners(part.mesh)))
+    across = np.array([moved.tip[0], 0.0 if part.roles.half else moved.tip[1], 0.0])
     size = float(np.linalg.norm(across))
-    return size / found.largest, across / max(size, 1e-300)
+    return size / moved.largest, across / max(size, 1e-300)
 
 
 def _corners(mesh: SolidMesh) -> SolidMesh:
@@ -119,9 +119,9 @@ def _displaced(domain: Domain) -> _Displacement:
     matrix.assemble()
     right = fem_petsc.assemble_vector(to_assemble(load))
     fem_petsc.set_bc(right, supports)
-    inverse, found = Factorisation("first_step_", domain.mesh.comm), right.duplicate()
+    inverse, solution = Factorisation("first_step_", domain.mesh.comm), right.duplicate()
     inverse.set_up(matrix)
-    inverse.pc.apply(right, found)
-    moved = found.array.reshape(-1, 3)
+    inverse.pc.apply(right, solution)
+    moved = solution.array.reshape(-1, 3)
     tip = fem.locate_dofs_topological(space, 2, domain.facets("tip"))
     return _Displacement(moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max()))

@@ -133,11 +133,11 @@ def supply(config: Config, site: Site) -> tuple[dict[str, Prescribed], list[Supp
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
     assert site.pressure is not None
-    found = {PRESSURE.name: Control(site.pressure, KPA)}
-    found |= {supply_of(name).name: Control(own, KPA) for name, own in site.supplies.items()}
+    controls = {PRESSURE.name: Control(site.pressure, KPA)}
+    controls |= {supply_of(name).name: Control(p, KPA) for name, p in site.supplies.items()}
     if not stages:
-        return dict(found), []
-    behind = {name: Supply(control, stages, name) for name, control in found.items()}
+        return dict(controls), []
+    behind = {name: Supply(control, stages, name) for name, control in controls.items()}
     return dict(behind), list(behind.values())
 
 

@@ -114,11 +114,11 @@ def halved(config: Config, food: GraspedBody) -> bool:
     Raises:
         ConfigError: one line, if half is asked for and something is not symmetric.
     """
-    asked = config.gripper.half
-    uneven = "" if asked is False else _uneven(config, food)
-    if asked and uneven:
+    half = config.gripper.half
+    uneven = "" if half is False else _uneven(config, food)
+    if half and uneven:
         raise ConfigError(f"gripper.half = true: {uneven}; allowed: what is its own mirror image")
-    return asked is not False and not uneven
+    return half is not False and not uneven
 
 
 def _uneven(config: Config, food: GraspedBody) -> str:

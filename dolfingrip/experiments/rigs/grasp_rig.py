@@ -68,10 +68,10 @@ class GraspReadings:
         domain, space = model.domain, model.u.function_space
         self._comm = model.comm
         index_map = space.dofmap.index_map
-        own = gripper.placement.which(space.tabulate_dof_coordinates())
-        self._finger_of_point = own[gripper.contact.points.nodes]
+        owner = gripper.placement.which(space.tabulate_dof_coordinates())
+        self._finger_of_point = owner[gripper.contact.points.nodes]
         # by global node, of all ranks
-        self._finger_of_node = np.concatenate(self._comm.allgather(own[: index_map.size_local]))
+        self._finger_of_node = np.concatenate(self._comm.allgather(owner[: index_map.size_local]))
         self._tips = Surface(space, domain, domain.facets("tip"), spacing_mm=None)
         self._to_finger = gripper.placement.rotations.transpose(0, 2, 1)
         self._tip_of = np.array([self._nearest(point) for point in self._tips.rest])
@@ -141,12 +141,12 @@ class GraspReadings:
         near = gripper.contact.near(gripper.model.u.x.array)
         sizes = np.linalg.norm(near.forces, axis=1)
         which = self._finger_of_point[near.rows]
-        found = self._sum(np.bincount(which, sizes, gripper.placement.count))
-        return self._each(found * [2, 1]) if self._half else found
+        normal = self._sum(np.bincount(which, sizes, gripper.placement.count))
+        return self._each(normal * [2, 1]) if self._half else normal
 
-    def _each(self, found: np.ndarray) -> np.ndarray:
+    def _each(self, values: np.ndarray) -> np.ndarray:
         """(3,) values of all fingers; finger C has those of finger B."""
-        return found[[0, 1, 1]] if self._half else found
+        return values[[0, 1, 1]] if self._half else values
 
     def _sum(self, local: np.ndarray) -> np.ndarray:
         return np.asarray(self._comm.allreduce(local, MPI.SUM))
@@ -155,21 +155,21 @@ class GraspReadings:
         """(3, 3) force of each finger on the object, with friction."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         near = gripper.contact.near(dofs)
-        found = np.zeros((gripper.placement.count, 3))
+        forces = np.zeros((gripper.placement.count, 3))
         pushed = near.forces @ near.turned.matrix
-        np.add.at(found, self._finger_of_point[near.rows], pushed)
-        found = self._sum(found)
+        np.add.at(forces, self._finger_of_point[near.rows], pushed)
+        forces = self._sum(forces)
         nodes = gripper.contact.touching.nodes
         friction = gripper.finger_friction.forces_N(dofs)[: len(nodes)]
-        np.add.at(found, self._finger_of_node[nodes], friction)
+        np.add.at(forces, self._finger_of_node[nodes], friction)
         if not self._half:
-            return found
-        return np.array([found[0] + MIRROR * found[0], found[1], MIRROR * found[1]])
+            return forces
+        return np.array([forces[0] + MIRROR * forces[0], forces[1], MIRROR * forces[1]])
 
     def _table_friction_N(self) -> np.ndarray:
         """(3,) on the object."""
-        found = -self._gripper.table_friction.forces_N(self._gripper.model.u.x.array)[0]
-        return found + MIRROR * found if self._half else found
+        force = -self._gripper.table_friction.forces_N(self._gripper.model.u.x.array)[0]
+        return force + MIRROR * force if self._half else force
 
     def angles_deg(self) -> np.ndarray:
         """(3,) rotation of each tip face's area vector about its finger's y, towards the food.
@@ -179,16 +179,16 @@ class GraspReadings:
         """
         tips = self._tips
         to_finger = self._to_finger[self._tip_of[tips.triangles[:, 0]]]
-        now, rest = (
+        now, resting = (
             np.einsum("nij,nj->ni", to_finger, _areas(points[tips.triangles]))
             for points in (tips.positions(self._gripper.model.u.x.array), tips.rest)
         )
-        outward = np.sign(rest[:, 2])[:, None] * now  # a triangle may turn either way
+        outward = np.sign(resting[:, 2])[:, None] * now  # a triangle may turn either way
         which = self._tip_of[tips.triangles[:, 0]]
         count = self._gripper.placement.count
         sums = np.array([outward[which == i].sum(axis=0) for i in range(count)])
-        found = np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
-        self._angles_deg = found + 360.0 * np.round((self._angles_deg - found) / 360.0)
+        angles = np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
+        self._angles_deg = angles + 360.0 * np.round((self._angles_deg - angles) / 360.0)
         return self._each(self._angles_deg)
 
     def opening_mm(self) -> float:
@@ -257,7 +257,7 @@ class GraspReadings:
             *(self._energy.pressure_mJ, self._energy.friction_mJ),
             *(self._energy.error_mJ, self._momentum_error_N, self.opening_mm()),
         )
-        return {each.name: float(value) for each, value in zip(GRIPPER, values, strict=True)}
+        return {channel.name: float(value) for channel, value in zip(GRIPPER, values, strict=True)}
 
 
 def _areas(triangles: np.ndarray) -> np.ndarray:
@@ -386,8 +386,8 @@ class GraspRig(Rig):
         return cls(config, gripper, profile)
 
     def longest(self) -> dict[str, float]:
-        asked = self._config.solver.max_step_s, self._config.gripper.step_s
-        return {"time_s": min(each for each in asked if each is not None)}
+        steps_s = self._config.solver.max_step_s, self._config.gripper.step_s
+        return {"time_s": min(step_s for step_s in steps_s if step_s is not None)}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
         return {

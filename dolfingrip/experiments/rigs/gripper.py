@@ -174,8 +174,8 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     if config.obstacle is not None:
         raise ConfigError("obstacle: allowed: beside a single finger; a gripper has [food]")
     food = grasped(config.food)
-    found = stands_of(config, food)
-    domain = _fingers(config, comm, found, half=halved(config, food))
+    stands = stands_of(config, food)
+    domain = _fingers(config, comm, stands, half=halved(config, food))
     hung = config.changed(gravity={"acceleration_m_s2": GRAVITY_M_S2, "direction": DOWN})
     grasps: list[_Grasp] = []
 
@@ -184,7 +184,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
         return grasps[0].additions
 
     finger = build(hung, domain, plate=False, adds=adds)
-    return GripperModel(finger, found, *grasps[0][:-1])
+    return GripperModel(finger, stands, *grasps[0][:-1])
 
 
 class _Grasp(NamedTuple):
@@ -269,18 +269,18 @@ def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
     return stands(config.gripper, config.adapted().geometry, _extent(food))
 
 
-def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bool) -> Domain:
+def _fingers(config: Config, comm: MPI.Comm, stands: Sequence[Stand], *, half: bool) -> Domain:
     """One mesh of all fingers side by side; for half a gripper, of half a thumb and finger B."""
 
     def all_made() -> Made:
-        whole = made(config)
+        finger = made(config)
         if not half:
-            return side_by_side([whole] * len(found))
-        return side_by_side([made(config.changed(mesh={"half": True})), whole])
+            return side_by_side([finger] * len(stands))
+        return side_by_side([made(config.changed(mesh={"half": True})), finger])
 
     domain = spread(comm, all_made)
     low, high = box(comm, domain.mesh.geometry.x)[:, 0]
-    domain = replace(domain, placement=placed(found, (low, high), half=half))
+    domain = replace(domain, placement=placed(stands, (low, high), half=half))
     if not half:
         return domain
     assert domain.placement is not None
@@ -288,15 +288,15 @@ def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bo
     return domain.with_region(ONE_FINGER, SKIN, lambda points: points[0] > start)
 
 
-def placed(found: Sequence[Stand], extent_mm: tuple[float, float], *, half: bool) -> Placement:
+def placed(stands: Sequence[Stand], extent_mm: tuple[float, float], *, half: bool) -> Placement:
     """The places of the fingers that are meshed.
 
     Args:
-        found: places of thumb A, finger B and finger C.
+        stands: places of thumb A, finger B and finger C.
         extent_mm: see :meth:`~dolfingrip.mechanics.model.placement.Placement.of`.
         half: whether half a thumb and finger B are meshed.
     """
-    meshed = found[:2] if half else found
+    meshed = stands[:2] if half else stands
     rotations = np.array([stand.rotation for stand in meshed])
     origins = np.array([stand.origin_mm for stand in meshed])
     return Placement.of(extent_mm, rotations, origins)

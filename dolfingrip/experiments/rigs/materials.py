@@ -62,8 +62,8 @@ class BaseMaterial:
 
     def of_shape(self, strain: Expr) -> Expr:
         """The part of the energy without :meth:`of_volume`."""
-        own = {key: self.constants[f"{self.table}.{key}"] for key in self.material.constants()}
-        return self.material.of_shape(strain, own)
+        by_key = {key: self.constants[f"{self.table}.{key}"] for key in self.material.constants()}
+        return self.material.of_shape(strain, by_key)
 
     def of_volume(self, strain: Expr) -> Expr:
         """The part that depends on the change of volume alone; it is stiff if ν is near 0.5."""
@@ -85,15 +85,15 @@ def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | flo
         Each constant's value in the unit of its name; MPa for moduli, and a number or (n,)
         numbers.
     """
-    found: dict[str, np.ndarray | float] = {
+    constants: dict[str, np.ndarray | float] = {
         f"{table}.mu_MPa": material.shear_MPa,
         f"{table}.lmbda_MPa": material.lmbda_MPa,
     }
     for key, value in material.constants().items():
-        found[f"{table}.{key}"] = (
+        constants[f"{table}.{key}"] = (
             np.array(value, dtype=float) if isinstance(value, tuple) else value
         )
-    return found
+    return constants
 
 
 KG_M3_M_S2 = 1e-9
@@ -133,9 +133,9 @@ def dead_weight(site: Site) -> DeadWeight | None:
     in these modes at rest.
     """
     config, domain = site.config, site.domain
-    own = [part for part in domain.parts if part in config.material.own]
+    regions = [part for part in domain.parts if part in config.material.own]
     constants = {
-        part: fem.Constant(domain.mesh, weight_value(config, part)) for part in (REST, *own)
+        part: fem.Constant(domain.mesh, weight_value(config, part)) for part in (REST, *regions)
     }
     site.parameters |= {weight_name(part): constant for part, constant in constants.items()}
     if not config.gravity.acceleration_m_s2:
@@ -156,15 +156,15 @@ def film_value(config: Config, name: str, key: str) -> np.ndarray:
 
 
 def _constants(
-    config: Config, name: str, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]
+    config: Config, name: str, mesh: dolfinx.mesh.Mesh, constants: dict[str, fem.Constant]
 ) -> Callable[[str], fem.Constant]:
     """Makes each constant of a film once."""
 
     def constant(key: str) -> fem.Constant:
         full = f"film.{name}.{key}"
-        if full not in known:
-            known[full] = fem.Constant(mesh, film_value(config, name, key))
-        return known[full]
+        if full not in constants:
+            constants[full] = fem.Constant(mesh, film_value(config, name, key))
+        return constants[full]
 
     return constant
 
@@ -174,10 +174,10 @@ def layer_energy(
     name: str,
     film: Film,
     mesh: dolfinx.mesh.Mesh,
-    known: dict[str, fem.Constant],
+    constants: dict[str, fem.Constant],
 ) -> StrainEnergy:
     """Strain energy of a film of elements, whose modulus is its stiffness by its thickness."""
-    constant = _constants(config, name, mesh, known)
+    constant = _constants(config, name, mesh, constants)
     thickness = constant("thickness_mm")
 
     def energy(strain: Expr) -> Expr:
@@ -189,22 +189,24 @@ def layer_energy(
     return energy
 
 
-def sheets(config: Config, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]) -> list[Sheet]:
+def sheets(
+    config: Config, mesh: dolfinx.mesh.Mesh, constants: dict[str, fem.Constant]
+) -> list[Sheet]:
     """Energies of all membranes.
 
     Args:
         config: configuration with the membranes.
         mesh: mesh of the finger.
-        known: constants by name, which those of the membranes are added to.
+        constants: constants by name, which those of the membranes are added to.
 
     Returns:
         One sheet for each membrane, with its energy (mJ/mm²).
     """
-    found = []
+    membranes = []
     for name, film in config.film.membranes.items():
-        constant = _constants(config, name, mesh, known)
-        found.append(Sheet(name, _membrane_energy(film, constant)))
-    return found
+        constant = _constants(config, name, mesh, constants)
+        membranes.append(Sheet(name, _membrane_energy(film, constant)))
+    return membranes
 
 
 def _membrane_energy(
@@ -225,10 +227,10 @@ def _families(
     film: Film, strain: Expr, normal: Expr, constant: Callable[[str], fem.Constant]
 ) -> list[Expr]:
     """Energy per reference area of each family of fibres."""
-    found = []
+    families = []
     for i in range(len(film.fibre_deg)):
         angle = constant("fibre_deg")[i] * (ufl.pi / 180)
         along = membrane.direction(angle, normal, ufl.as_vector(film.fibre_axis))
         stiffness = constant("fibre_Et_N_per_mm")[i]
-        found.append(membrane.fibres(strain, stiffness, along, constant("compression")))
-    return found
+        families.append(membrane.fibres(strain, stiffness, along, constant("compression")))
+    return families

@@ -69,12 +69,12 @@ class BellowsGaps:
     ) -> tuple[ipctk.CollisionMesh | None, np.ndarray]:
         """Collision mesh of the parts ``first`` and ``first`` + 1, without contact within one."""
         assert self._surface is not None
-        whole = self._surface.triangles
-        label = part[whole]
+        corners = self._surface.triangles
+        label = part[corners]
         inside = (label == label[:, :1]).all(axis=1) & np.isin(label[:, 0], (first, first + 1))
         if len(np.unique(label[inside, 0])) < 2:
             return None, np.empty(0, dtype=np.int64)
-        vertices, triangles = np.unique(whole[inside], return_inverse=True)
+        vertices, triangles = np.unique(corners[inside], return_inverse=True)
         faces = np.asfortranarray(triangles.reshape(-1, 3).astype(np.int32))
         mesh = ipctk.CollisionMesh(
             np.asfortranarray(self._surface.rest[vertices]), ipctk.edges(faces), faces
@@ -88,13 +88,13 @@ class BellowsGaps:
             return {}
         dofs = self._model.u.x.array
         now = self._surface.positions(dofs)
-        found = {}
+        gaps_mm = {}
         for name, mesh, vertices in self._pairs:
             moved = np.asfortranarray(now[vertices])
             close = ipctk.NormalCollisions()
             close.build(mesh, moved, self._reach)
-            found[name] = float(np.sqrt(close.compute_minimum_distance(mesh, moved)))
-        return found
+            gaps_mm[name] = float(np.sqrt(close.compute_minimum_distance(mesh, moved)))
+        return gaps_mm
 
 
 class ContactGap(Reading):
@@ -128,7 +128,7 @@ class WallGap(Reading):
 
     def value(self) -> float:
         dofs = self.model.u.x.array
-        gaps = [each.opposite_mm(dofs, NEAR_WIDTHS * each.width_mm) for each in self._inside]
+        gaps = [cavity.opposite_mm(dofs, NEAR_WIDTHS * cavity.width_mm) for cavity in self._inside]
         smallest = min(gaps, default=np.inf)
         return smallest if np.isfinite(smallest) else float("nan")
 
@@ -173,7 +173,7 @@ class Observation:
         ]
         cavities = finger.site.domain.cavities
         cavity = finger.pressure_in(*cavities) if len(cavities) == 1 else finger.cavity
-        found: list[Reading] = [
+        readings: list[Reading] = [
             Time(model),
             ControlValue(model, PRESSURE.name, model.controls[PRESSURE.name]),
             *counted,
@@ -186,16 +186,16 @@ class Observation:
             *of_line(model, finger.config.camera.markers, finger.config.curve),
         ]
         if finger.config.obstacle is not None and finger.site.obstacle is not None:
-            found += on_obstacle(model, finger.site.obstacle, finger.config.obstacle.friction)
+            readings += on_obstacle(model, finger.site.obstacle, finger.config.obstacle.friction)
         if plate is not None:
-            found += [
+            readings += [
                 PlateForce(model, plate),
                 PlateGapReading(model, plate),
                 *of_model(model, "plate"),
             ]
-        self._from_rest = [reading for reading in found if isinstance(reading, FromRest)]
+        self._from_rest = [reading for reading in readings if isinstance(reading, FromRest)]
         self.from_rest = [reading.column for reading in self._from_rest]
-        self.readings = {reading.column: reading for reading in found}
+        self.readings = {reading.column: reading for reading in readings}
         self._rotation = TipRotation(model, slices)
         self.elongation = Elongation(finger)
         with undeformed(model.u):
@@ -214,8 +214,8 @@ class Observation:
 
     def read(self) -> dict[str, float]:
         """Values by column."""
-        found = {column: reading.value() for column, reading in self.readings.items()}
-        return {TIP_Y.name: 0.0, **found, **self._rotation.values(), **self.elongation.values()}
+        values = {column: reading.value() for column, reading in self.readings.items()}
+        return {TIP_Y.name: 0.0, **values, **self._rotation.values(), **self.elongation.values()}
 
 
 class Elongation:
@@ -227,31 +227,31 @@ class Elongation:
         self._parts = []
         for part in domain.parts or (REST,):
             cells = domain.cells(part) if domain.parts else None
-            own = material.of(part).elongation_at_break
-            self._parts.append((LargestStretch(model, degree, cells), own))
+            at_break = material.of(part).elongation_at_break
+            self._parts.append((LargestStretch(model, degree, cells), at_break))
 
     def values(self) -> dict[str, float]:
         """Values by column; no share where no elongation at break is told."""
-        found = [(part.value(), at_break) for part, at_break in self._parts]
-        shares = [(stretch - 1) / at_break for stretch, at_break in found if at_break]
-        values = {LARGEST_STRETCH.name: max(stretch for stretch, _ in found)}
+        reached = [(part.value(), at_break) for part, at_break in self._parts]
+        shares = [(stretch - 1) / at_break for stretch, at_break in reached if at_break]
+        values = {LARGEST_STRETCH.name: max(stretch for stretch, _ in reached)}
         return {**values, BREAK_SHARE.name: max(shares)} if shares else values
 
 
 def of_cavities(finger: FingerModel) -> list[Reading]:
     """Pressure and volume of each of several cavities, and what its own supply is set to."""
-    found: list[Reading] = []
+    readings: list[Reading] = []
     cavities = finger.site.domain.cavities
     for name in cavities if len(cavities) > 1 else ():
         pressure, volume = of_cavity(name)
-        found += [
+        readings += [
             ControlValue(finger.model, pressure.name, finger.pressure_in(name)),
             Integral(finger.model, volume.name, finger.volume_of(name)),
         ]
     for name in finger.site.supplies:
         supply = supply_of(name).name
-        found.append(ControlValue(finger.model, supply, finger.model.controls[supply]))
-    return found
+        readings.append(ControlValue(finger.model, supply, finger.model.controls[supply]))
+    return readings
 
 
 def chord(finger: FingerModel) -> Reading:
@@ -268,8 +268,8 @@ def chord(finger: FingerModel) -> Reading:
     ends = []
     for key in ("from_mm", "to_mm"):
         place = getattr(camera, key)
-        found = point(model, np.asarray(place))
-        if found is None:
+        node = point(model, np.asarray(place))
+        if node is None:
             raise ConfigError(f"camera.{key} = {list(place)}: allowed: a point of the finger")
-        ends.append(found)
+        ends.append(node)
     return LineAngle(model, column, *ends)

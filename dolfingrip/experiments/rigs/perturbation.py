@@ -106,8 +106,8 @@ class ParameterPerturbation:
         sizes = [np.size(value) for value in values(config).values()]
 
         def flat(changed: Config) -> np.ndarray:
-            found = values(changed)
-            return np.concatenate([np.ravel(np.asarray(found[name], float)) for name in names])
+            constants = values(changed)
+            return np.concatenate([np.ravel(np.asarray(constants[name], float)) for name in names])
 
         rates = np.split(parameter.derivative(config, flat), np.cumsum(sizes)[:-1])
         self._rates = {
@@ -180,20 +180,20 @@ def velocities(
     adapted = config.adapted()
 
     def at(changed: Config) -> np.ndarray:
-        found = points
+        straight = points
         if config.mesh.file is None:
-            found = moved(points, adapted.geometry, changed.adapted().geometry)
-        return placed(found, changed)
+            straight = moved(points, adapted.geometry, changed.adapted().geometry)
+        return placed(straight, changed)
 
-    bending = [each for each in parameters if each.key.startswith("form.")]
-    found: dict[str, np.ndarray] = {}
+    bending = [parameter for parameter in parameters if parameter.key.startswith("form.")]
+    by_key: dict[str, np.ndarray] = {}
     for parameter in parameters:
         if config.mesh.file is not None and not parameter.key.startswith("morph"):
             raise ConfigError(
                 f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
             )
         if parameter not in bending:
-            found[parameter.key] = parameter.derivative(config, at)
+            by_key[parameter.key] = parameter.derivative(config, at)
     if bending:  # a free form is linear in its offsets, and a morph in x on both sides of its plane
         form = free_form(adapted)
         slopes = form.slopes(points).tocsc()
@@ -202,8 +202,8 @@ def velocities(
         for parameter in bending:
             number = int(parameter.key.partition("[")[2].rstrip("]"))
             moving = slopes[:, [number]].toarray().reshape(-1, 3)
-            found[parameter.key] = stretch * moving
-    return {parameter.key: found[parameter.key] for parameter in parameters}
+            by_key[parameter.key] = stretch * moving
+    return {parameter.key: by_key[parameter.key] for parameter in parameters}
 
 
 def perturbations(
@@ -255,18 +255,18 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
         materials.weight_name(part): materials.weight_value(config, part)
         for part in (REST, *material.own)
     }
-    found: dict[str, np.ndarray] = {}
+    constants: dict[str, np.ndarray] = {}
     for name in names:
         if name in base:
-            found[name] = np.asarray(base[name])
+            constants[name] = np.asarray(base[name])
             continue
         section, _, inner = name.partition(".")
         if section == "obstacle":
-            found[name] = np.asarray(getattr(config.obstacle, inner))
+            constants[name] = np.asarray(getattr(config.obstacle, inner))
             continue
         table, key = inner.split(".")
         if section == "film":
-            found[name] = film_value(config, table, key)
+            constants[name] = film_value(config, table, key)
         else:
-            found[name] = np.asarray(getattr(getattr(config.extensions, table), key), float)
-    return found
+            constants[name] = np.asarray(getattr(getattr(config.extensions, table), key), float)
+    return constants

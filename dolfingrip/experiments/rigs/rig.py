@@ -96,7 +96,7 @@ class Rig(ABC):
         for column, value in true.items():
             self._true[column].append(value)
         rows = {column: np.array(values) for column, values in self._true.items()}
-        return {column: float(each[-1]) for column, each in self.displayed(config, rows).items()}
+        return {column: float(x[-1]) for column, x in self.displayed(config, rows).items()}
 
     def perturbations(
         self, config: Config, parameters: Sequence[Parameter]

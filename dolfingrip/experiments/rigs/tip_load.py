@@ -56,11 +56,11 @@ def dead_loads(site: Site) -> Additions:
         "tip", quadrature_degree=2 * site.u.function_space.ufl_element().degree
     )
     per_area = site.fixed(1 / site.area_mm2("tip"))
-    found = []
+    loads = []
     for i, axis in enumerate(AXES):
         force = site.parameters[load(axis)] = site.fixed(0.0)
-        found.append(-force * per_area * site.u[i] * tip)
-    return Additions(loads=found)
+        loads.append(-force * per_area * site.u[i] * tip)
+    return Additions(loads=loads)
 
 
 def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
@@ -72,7 +72,7 @@ def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
     def found() -> Mapping[str, float]:
         solve = newton.linear()
         along = zip(STIFFNESSES, tips, strict=True)
-        return {each.name: 1 / compliance_mm_per_N(solve, tip) for each, tip in along}
+        return {channel.name: 1 / compliance_mm_per_N(solve, tip) for channel, tip in along}
 
     return found
 

@@ -56,17 +56,17 @@ def parts_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
     """
     owners = {name: f"material.{name}" for name in config.material.own}
     owners |= {film.region: f"film.{name}.region" for name, film in config.film.layers.items()}
-    found: dict[str, np.ndarray] = {}
+    parts: dict[str, np.ndarray] = {}
     taken = np.zeros(len(mesh.cells), dtype=bool)
     for region, key in owners.items():
         rows = _region(mesh, region, key)
         if taken[rows].any():
             raise MeshError(f'{key} = "{region}": shares elements with another region of its own')
         taken[rows] = True
-        found[region] = rows
-    if found and not taken.all():
-        found[REST] = np.flatnonzero(~taken)
-    return found
+        parts[region] = rows
+    if parts and not taken.all():
+        parts[REST] = np.flatnonzero(~taken)
+    return parts
 
 
 def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
@@ -75,26 +75,26 @@ def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
     Raises:
         MeshError: one line, if the mesh has no such surface.
     """
-    found = {}
+    sheets = {}
     for name, film in config.film.membranes.items():
         key = f"film.{name}"
         try:
             if film.group is not None:
-                found[name] = of_group(mesh, film.group)
+                sheets[name] = of_group(mesh, film.group)
             elif film.between is not None:
                 one, other = (_region(mesh, region, key) for region in film.between)
-                found[name] = interface(mesh, one, other)
+                sheets[name] = interface(mesh, one, other)
             else:
                 cells = np.arange(len(mesh.cells))
                 if film.region:
                     cells = _region(mesh, film.region, key)
-                found[name] = on_plane(mesh, cells, highest=film.face == "front")
+                sheets[name] = on_plane(mesh, cells, highest=film.face == "front")
             if film.fibre_deg:
-                _check_fibres(mesh, found[name], np.array(film.fibre_axis))
+                _check_fibres(mesh, sheets[name], np.array(film.fibre_axis))
         except MeshError as error:
             said = str(error)
             raise MeshError(said if said.startswith(key) else f"{key}: {said}") from None
-    return found
+    return sheets
 
 
 STEEPEST = 0.02
@@ -112,7 +112,7 @@ def _check_fibres(mesh: SolidMesh, rows: np.ndarray, axis: np.ndarray) -> None:
     lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(axis)
     across = np.linalg.norm(np.cross(normals, axis), axis=1) < STEEPEST * lengths
     if across.any():
-        shown = [float(each) for each in axis]
+        shown = [float(component) for component in axis]
         raise MeshError(
             f"fibre_axis = {shown}: {int(across.sum())} of {len(rows)} faces are normal to it, "
             "where fibre_deg has no meaning; allowed: an axis that no face is normal to"
@@ -203,8 +203,8 @@ def unplaced(points: Floats, config: Config) -> Floats:
         (n, 3) points of the straight mesh (mm).
     """
     config = config.adapted()
-    found = morph(config).inverse().points(points)
-    return found if config.form is None else free_form(config).inverse(found)
+    straight = morph(config).inverse().points(points)
+    return straight if config.form is None else free_form(config).inverse(straight)
 
 
 def solid(config: Config, made_for: Geometry | None = None) -> SolidMesh:
@@ -250,11 +250,11 @@ def elements(config: Config, order: int | None = None) -> SolidMesh:
     Raises:
         MeshError: one line, if it cannot be meshed.
     """
-    found = solid(config.changed(mesh={"order": 1}))
+    mesh = solid(config.changed(mesh={"order": 1}))
     order = order or (1 if config.solver.element == "P1" else 2)
-    if found.order == order:
-        return found
-    return second_order(found) if order == 2 else _linear(found)
+    if mesh.order == order:
+        return mesh
+    return second_order(mesh) if order == 2 else _linear(mesh)
 
 
 def _linear(mesh: SolidMesh) -> SolidMesh:
@@ -274,23 +274,23 @@ def made(config: Config, made_for: Geometry | None = None) -> Made:
     return Made(mesh, parts_of(config, mesh), sheets_of(config, mesh))
 
 
-def side_by_side(each: Sequence[Made]) -> Made:
+def side_by_side(fingers: Sequence[Made]) -> Made:
     """Several solids as one mesh.
 
     Args:
-        each: meshes with their parts and membranes.
+        fingers: meshes with their parts and membranes.
 
     Returns:
         One mesh with the parts and membranes of all; see
         :func:`dolfingrip.meshes.solid.side_by_side`.
     """
-    solids = [one.solid for one in each]
+    solids = [one.solid for one in fingers]
     cells = [len(one.cells) for one in solids]
     faces = [count * len(solids[0].shape.faces) for count in cells]
     return Made(
         copied(solids),
-        all_rows([one.parts for one in each], cells),
-        all_rows([one.sheets for one in each], faces),
+        all_rows([one.parts for one in fingers], cells),
+        all_rows([one.sheets for one in fingers], faces),
     )
 
 

@@ -74,7 +74,7 @@ class UniaxialTension:
         self._fixed = {
             made: evaluate_many.constant(made.value) for made in (*base.constants.values(),)
         }
-        sides = [(each**2 - 1) / 2 for each in (self._across, self._across, self._along)]
+        sides = [(stretch**2 - 1) / 2 for stretch in (self._across, self._across, self._along)]
         strain = strain_variable(
             ufl.as_matrix([[sides[i] if i == j else 0 for j in range(3)] for i in range(3)])
         )
@@ -181,9 +181,9 @@ class UniaxialTension:
         """Give the internal variables their values at the step's end, all at once."""
         ends = self._ends(self._stretched(symbols, along, across))
         for (variable, _), value in zip(self._history.ends, ends, strict=True):
-            found = np.zeros_like(value)
-            found[..., 0, :] = value[..., 0, :]
-            symbols[variable] = found
+            at_end = np.zeros_like(value)
+            at_end[..., 0, :] = value[..., 0, :]
+            symbols[variable] = at_end
 
     def _stretched(
         self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
@@ -235,9 +235,9 @@ class _Point:
 
     def values(self, given: Mapping[str, np.ndarray]) -> dict[Expr, np.ndarray]:
         """Values of all parameters, those of ``given`` for each bar."""
-        found = {made: evaluate_many.constant(value) for made, value in self.parameters.values()}
+        symbols = {made: evaluate_many.constant(value) for made, value in self.parameters.values()}
         for key, values in given.items():
             made, usual = self.parameters[key]
             table = np.reshape(np.asarray(values, dtype=float), (len(values), *usual.shape))
-            found[made] = evaluate_many.constant(np.moveaxis(table, 0, -1), by_set=True)
-        return found
+            symbols[made] = evaluate_many.constant(np.moveaxis(table, 0, -1), by_set=True)
+        return symbols

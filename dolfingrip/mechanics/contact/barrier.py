@@ -149,14 +149,14 @@ class BarrierContact(Term):
         Rest places decide the pairs' areas, and the lengths up to which nearly parallel edges are
         mollified. ipctk 1.6's own ``shape_derivative`` is 1 % off for pairs of edges.
         """
-        found = np.zeros_like(self.surface.rest)
+        gradient = np.zeros_like(self.surface.rest)
         now = self.positions(dofs)
         if self._felt(now).empty():
-            return found
+            return gradient
         if not self._mesh.are_area_jacobians_initialized():
             self._mesh.init_area_jacobians()
-        rest, edges, faces = self.surface.rest + self._jitter, self._mesh.edges, self._mesh.faces
-        flat = found.reshape(-1)
+        rest_mm, edges, faces = self.surface.rest + self._jitter, self._mesh.edges, self._mesh.faces
+        flat = gradient.reshape(-1)
         for (kind, _, _), pair in _known(self._pairs(now, by_rest=True)):
             positions = pair.dof(now, edges, faces)
             energy = self._potential(pair, positions)
@@ -166,12 +166,12 @@ class BarrierContact(Term):
                 ids = pair.vertex_ids(edges, faces)
                 a, b, c, d = now[ids]
                 sine = float(np.sum(np.cross(b - a, d - c) ** 2))
-                whole = ipctk.edge_edge_mollifier(sine, pair.eps_x)
-                if whole > 0:
+                mollifier = ipctk.edge_edge_mollifier(sine, pair.eps_x)
+                if mollifier > 0:
                     rate = ipctk.edge_edge_mollifier_derivative_wrt_eps_x(sine, pair.eps_x)
-                    by_length = ipctk.edge_edge_mollifier_threshold_gradient(*rest[ids])
-                    found[ids] += energy / whole * rate * np.reshape(by_length, (4, 3))
-        return found
+                    by_length = ipctk.edge_edge_mollifier_threshold_gradient(*rest_mm[ids])
+                    gradient[ids] += energy / mollifier * rate * np.reshape(by_length, (4, 3))
+        return gradient
 
     # -- for friction --------------------------------------------------------------------------
 
@@ -190,12 +190,12 @@ class BarrierContact(Term):
         pairs = self._felt(now)
         if pairs.empty():
             return Tangential.none(len(self.surface.nodes), width=3)
-        known = list(_known(pairs))
-        found = [self._pressed(pair, now) for _, pair in known]
-        vertices, shares, distances, forces, rises = zip(*found, strict=True)
-        rows = np.repeat(np.arange(len(found)), [len(each) for each in vertices])
+        keyed_pairs = list(_known(pairs))
+        contacts = [self._pressed(pair, now) for _, pair in keyed_pairs]
+        vertices, shares, distances, forces, rises = zip(*contacts, strict=True)
+        rows = np.repeat(np.arange(len(contacts)), [len(ids) for ids in vertices])
         places = (rows, np.concatenate(vertices))
-        shape = (len(found), len(now))
+        shape = (len(contacts), len(now))
         at_vertices = sp.csr_matrix((np.concatenate(shares), places), shape=shape)
         apart = np.array(distances)
         return Tangential(
@@ -203,7 +203,7 @@ class BarrierContact(Term):
             apart / np.linalg.norm(apart, axis=1)[:, None],
             np.array(forces),
             np.array(rises),
-            np.array([key for key, _ in known]),
+            np.array([key for key, _ in keyed_pairs]),
         )
 
     def _pressed(
@@ -242,11 +242,11 @@ class BarrierContact(Term):
             return ()
         return [Coupling(self.surface.nodes, self.surface.in_reference(hessian))]
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add the derivatives by the nodes' rest places, which also move the deformed surface."""
         forces = self.gradient(dofs)
         forces += self.surface.gathered(self.rest_gradient(dofs))
-        self.surface.add_owned(forces, found.at_nodes)
+        self.surface.add_owned(forces, gradient.at_nodes)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the surface's vertices a little with their nodes; None puts them back.
@@ -313,18 +313,19 @@ class BarrierContact(Term):
         for row, corners in enumerate(faces):
             for corner in corners:
                 around[corner].add(row)
-        found = [np.inf]
+        distances_mm = [np.inf]
         for (kind, _, _), pair in _known(self._pairs(now, reach_mm)):
-            ids = [each for each in pair.vertex_ids(edges, faces) if each >= 0]
+            ids = [vertex for vertex in pair.vertex_ids(edges, faces) if vertex >= 0]
             parts = ids[: PARTED[kind]], ids[PARTED[kind] :]
-            one, other = (set.intersection(*(around[each] for each in part)) for part in parts)
+            one, other = (set.intersection(*(around[vertex] for vertex in part)) for part in parts)
             apart, _ = pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))
             far = float(np.linalg.norm(apart))
             if all(
-                np.abs(normals[list(each)] @ apart).max() > FACING * far for each in (one, other)
+                np.abs(normals[list(triangles)] @ apart).max() > FACING * far
+                for triangles in (one, other)
             ):
-                found.append(far)
-        return min(found)
+                distances_mm.append(far)
+        return min(distances_mm)
 
     def intersects(self, dofs: np.ndarray) -> bool:
         """Return whether any two triangles pass through one another."""
@@ -333,12 +334,12 @@ class BarrierContact(Term):
 
 def _collision_mesh(surface: Surface, jitter: np.ndarray, *, separate: bool) -> ipctk.CollisionMesh:
     faces = np.asfortranarray(surface.triangles)
-    found = ipctk.CollisionMesh(
+    mesh = ipctk.CollisionMesh(
         np.asfortranarray(surface.rest + jitter), np.asfortranarray(surface.edges), faces
     )
     if separate:
-        found.can_collide = ipctk.make_connected_components_filter(faces)
-    return found
+        mesh.can_collide = ipctk.make_connected_components_filter(faces)
+    return mesh
 
 
 def _known(

@@ -324,11 +324,11 @@ class MovingPoints(NamedTuple):
         if self.back:
             turned = turned.inverse
         arms = self.arms + part * self.drift
-        found = shape.at(arms @ turned.matrix.T + (self.place + part * self.shift))
+        distances = shape.at(arms @ turned.matrix.T + (self.place + part * self.shift))
         spin = np.einsum("k,kij->ij", self.turn, turned.first)
         velocity = self.drift @ turned.matrix.T + arms @ spin.T + self.shift
-        slope = np.einsum("ni,ni->n", found.gradient, velocity)
+        slope = np.einsum("ni,ni->n", distances.gradient, velocity)
         omega, drift = float(np.linalg.norm(self.turn)), np.linalg.norm(self.drift, axis=1)
         lengths = np.linalg.norm(arms, axis=1) + drift  # in the rest of the step, too
         fastest = omega * lengths + drift + float(np.linalg.norm(self.shift))
-        return Path(found.value, slope, fastest, 2 * omega**2 * lengths + 2 * omega * drift)
+        return Path(distances.value, slope, fastest, 2 * omega**2 * lengths + 2 * omega * drift)

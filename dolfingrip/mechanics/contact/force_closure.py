@@ -48,14 +48,14 @@ def _borne(wrenches: np.ndarray, way: np.ndarray) -> float:
     count = wrenches.shape[1]
     balance = np.hstack([wrenches, -way[:, None]])
     total = np.append(np.ones(count), 0.0)[None, :]
-    found = linprog(
+    optimum = linprog(
         np.append(np.zeros(count), -1.0),
         A_eq=np.vstack([balance, total]),
         b_eq=np.append(np.zeros(6), 1.0),
         bounds=(0, None),
         method="highs",
     )
-    return float(-found.fun) if found.success else 0.0
+    return float(-optimum.fun) if optimum.success else 0.0
 
 
 def _wrenches(
@@ -67,8 +67,8 @@ def _wrenches(
     one /= np.linalg.norm(one, axis=1)[:, None]
     other = np.cross(normals, one)
     length = max(float(np.sqrt((points_mm**2).sum(axis=1).mean())), 1e-9)
-    found = []
+    wrenches = []
     for angle in 2 * np.pi * np.arange(edges) / edges:
         force = normals + friction * (np.cos(angle) * one + np.sin(angle) * other)
-        found.append(np.concatenate([force, np.cross(points_mm, force) / length], axis=1))
-    return np.concatenate(found).T
+        wrenches.append(np.concatenate([force, np.cross(points_mm, force) / length], axis=1))
+    return np.concatenate(wrenches).T

@@ -204,9 +204,9 @@ class Friction(Term, Lagged, Memory):
         """(3k, 3k) second derivatives (N/mm) at the nodes for fixed N and P; convex."""
         slip = self._slip(dofs)[0]
         blocks = self._ramp.curvature(slip, self._limit_N(), self._lagged.normals)
-        found = self._lagged.spread(blocks)
-        found.eliminate_zeros()  # pairs without friction need no place in the tangent
-        return sp.coo_matrix(found)
+        hessian = self._lagged.spread(blocks)
+        hessian.eliminate_zeros()  # pairs without friction need no place in the tangent
+        return sp.coo_matrix(hessian)
 
     # -- as a term ---------------------------------------------------------------------------------
 
@@ -281,16 +281,16 @@ class Friction(Term, Lagged, Memory):
 
     def values(self) -> dict[str, np.ndarray]:
         """Pairs at the step's start with their memory (mm)."""
-        found = {**self._start.arrays(), "stuck_mm": self._stuck, "seen_N": self._seen_N}
-        return {f"{self._title}.{name}": values.copy() for name, values in found.items()}
+        arrays = {**self._start.arrays(), "stuck_mm": self._stuck, "seen_N": self._seen_N}
+        return {f"{self._title}.{name}": values.copy() for name, values in arrays.items()}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
         """Start a step from the restored displacement with pairs and memory of then."""
         names = [*self._start.arrays(), "stuck_mm", "seen_N"]
-        found = {name: values[f"{self._title}.{name}"].copy() for name in names}
-        self._stuck = self._memory = found.pop("stuck_mm")
-        self._seen_N, self._anew = found.pop("seen_N"), False
-        self._start = self._lagged = Tangential.of_arrays(found, self._nodes.count)
+        arrays = {name: values[f"{self._title}.{name}"].copy() for name in names}
+        self._stuck = self._memory = arrays.pop("stuck_mm")
+        self._seen_N, self._anew = arrays.pop("seen_N"), False
+        self._start = self._lagged = Tangential.of_arrays(arrays, self._nodes.count)
         self._before = self._nodes.at_nodes(self._u.x.array)
 
 
@@ -320,17 +320,17 @@ def transfer_history(
         now: pairs in contact now.
         most_growth: growth of a normal force up to which a pair's memory stays.
     """
-    known = {tuple(key): i for i, key in enumerate(start.keys.tolist())}
-    before = np.array([known.get(tuple(key), -1) for key in now.keys.tolist()], dtype=np.int64)
+    row_of = {tuple(key): i for i, key in enumerate(start.keys.tolist())}
+    before = np.array([row_of.get(tuple(key), -1) for key in now.keys.tolist()], dtype=np.int64)
     old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
-    found, share = np.zeros((len(before), 3)), np.ones(len(before))
-    found[old] = stuck[before[old]]
+    memories, share = np.zeros((len(before), 3)), np.ones(len(before))
+    memories[old] = stuck[before[old]]
     share[old] = start.normal_N[before[old]] / now.normal_N[old]
     if len(stuck) and len(new):
         weights = abs(now.weights[new])
-        found[new] = _of_nodes(start, stuck, now.weights[new])
+        memories[new] = _of_nodes(start, stuck, now.weights[new])
         share[new] = weights @ start.pressed_N() / np.maximum(weights @ now.pressed_N(), TINY)
-    return np.asarray(found * np.minimum(most_growth * share, 1.0)[:, None])
+    return np.asarray(memories * np.minimum(most_growth * share, 1.0)[:, None])
 
 
 def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:

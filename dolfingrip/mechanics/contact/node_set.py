@@ -52,11 +52,11 @@ class NodeSet:
 
     def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
         """(n, 3) values in the world at the nodes from a local array of three at each."""
-        whole = np.zeros((len(self.nodes), 3))
+        gathered = np.zeros((len(self.nodes), 3))
         owned = local_values.reshape(-1, 3)[self._owned_local]
         for places, values in self._comm.allgather((self.owned, owned)):
-            whole[places] = values
-        return to_world(self.frames, whole)
+            gathered[places] = values
+        return to_world(self.frames, gathered)
 
     def change(self, step: np.ndarray) -> np.ndarray:
         """(n, 3) change of the rows of :meth:`at_nodes`, made linear, by a step of the unknowns."""
@@ -168,23 +168,23 @@ class RelativeNodes(NodeSet):
         self, hessian: sp.coo_matrix, forces_N: np.ndarray, *, convex: bool
     ) -> Sequence[Coupling]:
         """Second derivatives by the unknowns, as in :class:`~.node_set.NodeSet`."""
-        whole = sp.csr_matrix(hessian)
+        csr = sp.csr_matrix(hessian)
         count = NODE * len(self.nodes)
-        found = []
+        couplings = []
         if count:
-            found.append(Coupling(self.nodes, self.in_reference(whole[:count, :count].tocoo())))
+            couplings.append(Coupling(self.nodes, self.in_reference(csr[:count, :count].tocoo())))
         for body, pose in enumerate(self.poses):
             if pose.free:
                 rows = self._of(body)
-                own = slice(NODE * rows.start, NODE * rows.stop)
+                dofs = slice(NODE * rows.start, NODE * rows.stop)
                 turned = rotation(pose.coordinates[3:])
                 moving = _motion(turned)
-                within = moving.T @ whole[own, own].toarray() @ moving
+                within = moving.T @ csr[dofs, dofs].toarray() @ moving
                 if not convex:
                     within[3:, 3:] += turned.curvatures(forces_N[rows][1:].T)
-                across = moving.T @ whole[own, :count].toarray()
-                found += pose.coupling(self._first, self._owned_columns(across), within)
-        return found
+                across = moving.T @ csr[dofs, :count].toarray()
+                couplings += pose.coupling(self._first, self._owned_columns(across), within)
+        return couplings
 
     def _owned_columns(self, across: np.ndarray) -> np.ndarray:
         """(6, 3 owned) in reference axes from (6, 3n) by the nodes' values in the world."""
@@ -197,11 +197,11 @@ class RelativeNodes(NodeSet):
 
 def _motion(turned: Rotation) -> np.ndarray:
     """(12, 6) derivatives of a body's four rows by its centre and rotation vector."""
-    found = np.zeros((NODE * AFFINE, SIX))
-    found[:3, :3] = np.eye(3)
+    derivatives = np.zeros((NODE * AFFINE, SIX))
+    derivatives[:3, :3] = np.eye(3)
     # ∂(R e_j)_i/∂θ_k in row 3 (1 + j) + i
-    found[3:, 3:] = turned.first.transpose(2, 1, 0).reshape(-1, 3)
-    return found
+    derivatives[3:, 3:] = turned.first.transpose(2, 1, 0).reshape(-1, 3)
+    return derivatives
 
 
 def weights(points: np.ndarray) -> np.ndarray:

@@ -96,8 +96,8 @@ class RigidPlate(RigidContact):
     @cached_property
     def touching(self) -> NodeSet:
         """Nodes of the skin that may touch the plane."""
-        own = self.points.first + self.points.nodes.astype(np.int64)
-        return NodeSet(self._space, np.unique(self._gathered(own)))
+        owned_nodes = self.points.first + self.points.nodes.astype(np.int64)
+        return NodeSet(self._space, np.unique(self._gathered(owned_nodes)))
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Nodes that touch the plane, with their parts of its force.

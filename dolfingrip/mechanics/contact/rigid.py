@@ -111,12 +111,12 @@ class SkinPoints:
         return other
 
     def add_shape_gradient(
-        self, found: ShapeGradient, rows: np.ndarray, densities: np.ndarray, forces: np.ndarray
+        self, gradient: ShapeGradient, rows: np.ndarray, densities: np.ndarray, forces: np.ndarray
     ) -> None:
         """Add the derivatives of Σ A b by the reference coordinates.
 
         Args:
-            found: what is added to.
+            gradient: what is added to.
             rows: (m,) places of some points in :attr:`nodes`.
             densities: (m,) b of each, for a unit of area.
             forces: (m, 3) derivatives of Σ A b by the places of the points in the world.
@@ -124,13 +124,13 @@ class SkinPoints:
         if self._shares is None:
             density = fem.Function(self._space)
             form = density[0] * self.measure
-            self._shares = density, found.coordinates.compiled(form)
+            self._shares = density, gradient.coordinates.compiled(form)
         density, by_coordinates = self._shares
         density.x.array[:] = 0.0
         density.x.array[NODE * self.nodes[rows]] = densities
         density.x.scatter_forward()
-        found.add_form(by_coordinates)
-        found.at_nodes[self.nodes[rows]] += self.to_reference(forces, rows)
+        gradient.add_form(by_coordinates)
+        gradient.at_nodes[self.nodes[rows]] += self.to_reference(forces, rows)
 
 
 class RigidContact(PoseContact):
@@ -235,22 +235,22 @@ class RigidContact(PoseContact):
         with_pose = self.points.to_reference(with_pose, near.rows)
         nodes, count = self.points.nodes[near.rows], len(near.rows)
         places = np.arange(count + 1)
-        own = sp.bsr_matrix((at_points, places[:-1], places), (3 * count, 3 * count))
-        found = [Coupling(self.points.first + nodes, own.tocoo())]
+        hessian = sp.bsr_matrix((at_points, places[:-1], places), (3 * count, 3 * count))
+        couplings = [Coupling(self.points.first + nodes, hessian.tocoo())]
         if self.pose.free:
             mixed = np.zeros((SIX, self.points.owned, NODE))
             mixed[:, nodes] = with_pose.transpose(2, 0, 1)
             flat = mixed.reshape(SIX, -1)
-            found += self.pose.coupling(self.points.first, flat, self._sum(within))
-        return found
+            couplings += self.pose.coupling(self.points.first, flat, self._sum(within))
+        return couplings
 
     # -- for friction ----------------------------------------------------------------------------
 
     @cached_property
     def touching(self) -> NodeSet:
         """Nodes of the skin that may touch the body, and the body."""
-        own = self.points.first + self.points.nodes.astype(np.int64)
-        every, first = np.unique(self._gathered(own), return_index=True)
+        owned_nodes = self.points.first + self.points.nodes.astype(np.int64)
+        every, first = np.unique(self._gathered(owned_nodes), return_index=True)
         frames = self.points.frames
         if frames is not None:
             frames = self._gathered(frames)[first]
@@ -260,12 +260,12 @@ class RigidContact(PoseContact):
         """Nodes within the barrier's width, each paired with the body's point below it."""
         near = self.near(dofs)
         pressed = np.flatnonzero(near.barrier.slope < 0)
-        own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
+        owned_nodes = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
         below = near.arms[pressed] @ near.turned.matrix.T
         keys, normals, normal_N, rise, below = (
             self._gathered(values)
             for values in (
-                own,
+                owned_nodes,
                 near.distances.gradient[pressed] @ near.turned.matrix,
                 -(near.areas * near.barrier.slope)[pressed],
                 (near.areas * near.barrier.curvature)[pressed],
@@ -296,36 +296,36 @@ class RigidContact(PoseContact):
     def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
         near = self.near(dofs)
-        found = np.zeros((self.points.owned, NODE))
+        changes = np.zeros((self.points.owned, NODE))
         changed = _curvatures(near, convex=False)[1] @ motion
-        found[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
-        return found
+        changes[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
+        return changes
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
         """(6, 6) this rank's part of the second derivatives by the pose."""
         return _curvatures(self.near(dofs), convex=False)[2]
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add the derivatives by the points' rest places and by their areas."""
         near = self.near(dofs)
-        self.points.add_shape_gradient(found, near.rows, near.barrier.energy, _at_points(near))
+        self.points.add_shape_gradient(gradient, near.rows, near.barrier.energy, _at_points(near))
 
     def add_load_shape_gradient(
-        self, dofs: np.ndarray, motion: np.ndarray, found: ShapeGradient, factor: float
+        self, dofs: np.ndarray, motion: np.ndarray, gradient: ShapeGradient, factor: float
     ) -> None:
         """Add ``factor`` times the derivatives of ∂Π/∂q · motion by the reference coordinates.
 
         Args:
             dofs: displacement.
             motion: (6,) motion of the pose q.
-            found: what is added to.
+            gradient: what is added to.
             factor: multiplies what is added.
         """
         near = self.near(dofs)
         speeds = np.einsum("ni,nik,k->n", near.distances.gradient, near.motion, motion)
         changed = _curvatures(near, convex=False)[1] @ motion
         densities = near.barrier.slope * speeds
-        self.points.add_shape_gradient(found, near.rows, factor * densities, factor * changed)
+        self.points.add_shape_gradient(gradient, near.rows, factor * densities, factor * changed)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the points by ``change`` (local array, mm); None: put them back."""

@@ -116,8 +116,8 @@ class SampledDistance:
         def derived(orders: tuple[int, int, int]) -> np.ndarray:
             x, y, z = (weights[order][:, axis] for axis, order in enumerate(orders))
             along = np.einsum("nijk,nk->nij", local, z)
-            found = np.einsum("nij,nj,ni->n", along, y, x)
-            return np.asarray(found / self.spacing_mm ** sum(orders))
+            derivative = np.einsum("nij,nj,ni->n", along, y, x)
+            return np.asarray(derivative / self.spacing_mm ** sum(orders))
 
         one = np.eye(3, dtype=int)
         gradient = np.stack([derived(tuple(one[axis])) for axis in range(3)], axis=1)
@@ -153,7 +153,7 @@ class SampledDistance:
         """
         square = np.zeros(cells.shape)
         for order in orders:
-            x, y, z = (BEZIER[each] for each in order)
+            x, y, z = (BEZIER[axis_order] for axis_order in order)
             points = np.einsum("nijk,ai,bj,ck->nabc", cells, x, y, z, optimize=True)
             square += (points / self.spacing_mm ** int(order.sum())) ** 2
         return float(np.sqrt(square.max(initial=0.0)))

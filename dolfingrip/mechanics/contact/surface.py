@@ -66,26 +66,26 @@ class Surface(NodeSet):
             np.concatenate([b.reshape(-1, width) for b in gathered]), return_inverse=True
         )
         super().__init__(space, nodes)
-        rest = self.at_nodes(space.tabulate_dof_coordinates()[: self._end - self._first])
+        rest_mm = self.at_nodes(space.tabulate_dof_coordinates()[: self._end - self._first])
         # ipctk's collision sets depend on the order of vertices and triangles, which must not
         # depend on the ranks': sort by position, not by owner
-        order = _by_position(rest)
+        order = _by_position(rest_mm)
         rank_of = np.empty_like(order)
         rank_of[order] = np.arange(len(order))
-        rest = rest[order]
+        rest_mm = rest_mm[order]
         self._number(nodes[order])
         faces = _canonical(rank_of[faces].reshape(-1, width))
-        spread = resample(faces, rest, spacing_mm) if width == 8 and spacing_mm else None
+        spread = resample(faces, rest_mm, spacing_mm) if width == 8 and spacing_mm else None
         if spread is None:
-            self.weights = sp.eye_array(len(rest), format="csr")
+            self.weights = sp.eye_array(len(rest_mm), format="csr")
             self.triangles: np.ndarray = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
         else:
             self.weights = spread[0]
             self.triangles = spread[1].astype(np.int32)
         if domain.placement is not None:
-            self.frames = domain.placement.frames(rest)
-            rest = domain.placement.positions(rest)
-        self.rest = self.weights @ rest
+            self.frames = domain.placement.frames(rest_mm)
+            rest_mm = domain.placement.positions(rest_mm)
+        self.rest = self.weights @ rest_mm
         self.spread = sp.kron(self.weights, sp.eye_array(3), format="csr")
 
     def mirrored(self) -> Surface:
@@ -185,7 +185,7 @@ NEAR = 1e-6
 
 
 def resample(
-    facets: np.ndarray, rest: np.ndarray, spacing_mm: float
+    facets: np.ndarray, rest_mm: np.ndarray, spacing_mm: float
 ) -> tuple[sp.csr_matrix, np.ndarray] | None:
     """Points at the corners of rectangles of about ``spacing_mm``, and triangles between them.
 
@@ -197,16 +197,16 @@ def resample(
     Args:
         facets: (m, 8) nodes of quadrilaterals, corners in turn, then the midpoints from each
             to the next.
-        rest: (n, 3) reference positions of the nodes (mm).
+        rest_mm: (n, 3) reference positions of the nodes (mm).
         spacing_mm: longest edge of a rectangle; except at walls, the shortest is half of it.
 
     Returns:
         (v, n) weights of the nodes in each point's position and displacement, and (k, 3) points
         of each triangle; None if the facets do not lie in the planes of a rectilinear grid.
     """
-    corners = rest[facets[:, :4]]
+    corners = rest_mm[facets[:, :4]]
     low, high = corners.min(axis=1), corners.max(axis=1)
-    near = NEAR * np.ptp(rest, axis=0).max()
+    near = NEAR * np.ptp(rest_mm, axis=0).max()
     flat = high - low < near
     on_low = np.abs(corners - low[:, None]) < near
     aligned = on_low | (np.abs(corners - high[:, None]) < near)
@@ -214,10 +214,10 @@ def resample(
         return None
     normal = flat.argmax(axis=1)
     lines = [
-        _lines(low[normal == axis, axis], rest[:, axis], spacing_mm, near) for axis in range(3)
+        _lines(low[normal == axis, axis], rest_mm[:, axis], spacing_mm, near) for axis in range(3)
     ]
     points, rectangles = _rectangles(low, high, normal, lines, near)
-    weights = _weights(points, facets, rest, low, high, near)
+    weights = _weights(points, facets, rest_mm, low, high, near)
     # diagonals alternate, so that no direction is preferred
     return weights, rectangles[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
 
@@ -253,7 +253,7 @@ def _rectangles(
     low: np.ndarray, high: np.ndarray, normal: np.ndarray, lines: list[np.ndarray], near: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """(v, 3) points and (r, 4) points of each rectangle, in turn from alternating corners."""
-    found: list[tuple[int, int, int, int]] = []
+    covered: list[tuple[int, int, int, int]] = []
     for a, b, axis in zip(low, high, normal, strict=True):
         first, second = [i for i in range(3) if i != axis]
         level = int(np.abs(lines[axis] - a[axis]).argmin())
@@ -261,8 +261,8 @@ def _rectangles(
         for i in (first, second):
             centre = (lines[i][1:] + lines[i][:-1]) / 2
             inside.append(np.flatnonzero((centre > a[i] - near) & (centre < b[i] + near)))
-        found += [(int(axis), level, int(i), int(j)) for i in inside[0] for j in inside[1]]
-    cells = np.unique(np.array(found), axis=0)  # a centre on an edge belongs to two facets
+        covered += [(int(axis), level, int(i), int(j)) for i in inside[0] for j in inside[1]]
+    cells = np.unique(np.array(covered), axis=0)  # a centre on an edge belongs to two facets
     turn = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     index = np.empty((len(cells), 4, 3), dtype=np.int64)
     for axis in range(3):
@@ -281,7 +281,7 @@ def _rectangles(
 def _weights(
     points: np.ndarray,
     facets: np.ndarray,
-    rest: np.ndarray,
+    rest_mm: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
     near: float,
@@ -291,7 +291,7 @@ def _weights(
     rows, columns, values = [], [], []
     for i, point in enumerate(points):
         facet = int(((point > low - near) & (point < high + near)).all(axis=1).argmax())
-        origin, first, _, last = rest[facets[facet, :4]]
+        origin, first, _, last = rest_mm[facets[facet, :4]]
         edges = np.array([first - origin, last - origin])
         local = (edges @ (point - origin)) / (edges**2).sum(axis=1)
         weight = functions.values(local[None])[0]
@@ -299,6 +299,6 @@ def _weights(
         rows += [i] * len(weight)
         columns += facets[facet].tolist()
         values += weight.tolist()
-    found = sp.csr_matrix((values, (rows, columns)), shape=(len(points), len(rest)))
-    found.eliminate_zeros()
-    return found
+    weights = sp.csr_matrix((values, (rows, columns)), shape=(len(points), len(rest_mm)))
+    weights.eliminate_zeros()
+    return weights

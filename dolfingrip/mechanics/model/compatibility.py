@@ -42,10 +42,10 @@ def cells_and_local_facets(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
         Their int32 numbers, in the shape that this version wants.
     """
     dimension = (2,) if _version < (0, 10) else ()
-    found = fem.compute_integration_domains(
+    pairs = fem.compute_integration_domains(
         fem.IntegralType.exterior_facet, domain.topology, facets, *dimension
     )
-    return np.asarray(found, dtype=np.int32)
+    return np.asarray(pairs, dtype=np.int32)
 
 
 def points_of_cells(geometry: mesh.Geometry) -> np.ndarray:

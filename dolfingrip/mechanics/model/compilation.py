@@ -124,13 +124,13 @@ def _made[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
     place.mkdir()
     try:
         with _watched(lambda: f"compiling {what}"), _IN_PROCESS:
-            found = get(place)
+            made = get(place)
         try:
             place.rename(folder)
         except OSError:
             if not folder.exists():  # on a disk without locks another process may have been first
                 raise
-        return found
+        return made
     finally:
         shutil.rmtree(place, ignore_errors=True)
 
@@ -187,11 +187,11 @@ def _watched(line: Callable[[], str]) -> Iterator[None]:
     tell, began_s, over = _listener.get() or _lines, time.monotonic(), threading.Event()
 
     def watch() -> None:
-        pause_s, told = SILENT_S, False
+        pause_s, reported = SILENT_S, False
         while not over.wait(pause_s):
             tell(f"{line()}, {time.monotonic() - began_s:.0f} s")
-            pause_s, told = EVERY_S, True
-        if told:
+            pause_s, reported = EVERY_S, True
+        if reported:
             tell("")
 
     thread = threading.Thread(target=watch, daemon=True)

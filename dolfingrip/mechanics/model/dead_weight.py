@@ -75,15 +75,15 @@ class DeadWeight(Term):
         """Add minus the weight (N)."""
         gradient.at_nodes[:] -= self._loads_N(self._volumes_mm3)
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add the derivatives by the reference coordinates, of one solid that is not placed."""
         if self._frames is not None:
             raise NoShapeGradient(f"{self.name} of placed copies: no derivative by coordinates")
         if self._by_coordinates is None:
             pairs = zip(self._weights, self._parts, strict=True)
-            each = [-ufl.inner(weight, self._u) * part for weight, part in pairs]
-            self._by_coordinates = found.coordinates.compiled(sum(each[1:], start=each[0]))
-        found.add_form(self._by_coordinates)
+            forms = [-ufl.inner(weight, self._u) * part for weight, part in pairs]
+            self._by_coordinates = gradient.coordinates.compiled(sum(forms[1:], start=forms[0]))
+        gradient.add_form(self._by_coordinates)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Compute the volumes of the mesh at its present place."""

@@ -93,11 +93,11 @@ class Domain:
 
         All integrals of a form over this domain's volume need measures of this method.
         """
-        whole = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
+        dx = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
         if not names:
-            return whole
+            return dx
         order = list(self.parts)
-        return whole(tuple(order.index(name) for name in names))
+        return dx(tuple(order.index(name) for name in names))
 
     def behind(self, sheet: str, facet: int, **metadata: object) -> ufl.Measure:
         """Measure of the volume of the cells with a face on a sheet.
@@ -107,10 +107,10 @@ class Domain:
             facet: local facet of the face.
             metadata: UFL's metadata about the integration.
         """
-        places = [(name, each) for name, found in self.sheets.items() for each in found]
+        places = [(name, local) for name, by_facet in self.sheets.items() for local in by_facet]
         tag = len(self.parts) + places.index((sheet, facet))
-        whole = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
-        return whole(tag)
+        dx = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
+        return dx(tag)
 
     def single_walls(self) -> float:
         """Part of the cells on cavities that lie on the skin, too, and so are a wall alone."""
@@ -119,11 +119,11 @@ class Domain:
         first = self.mesh.topology.connectivity(2, 3).offsets[:-1]
         inner, outer = (
             np.unique(cell_of[first[self.facets(*names)]]) if names else np.empty(0, dtype=int)
-            for names in (self.cavities, [each for each in ("skin", "tip") if each in self.regions])
+            for names in (self.cavities, [name for name in ("skin", "tip") if name in self.regions])
         )
         both = [len(np.intersect1d(inner, outer)), len(inner)]
-        single, known = self.mesh.comm.allreduce(np.array(both), MPI.SUM)
-        return float(single / max(known, 1))
+        single, total = self.mesh.comm.allreduce(np.array(both), MPI.SUM)
+        return float(single / max(total, 1))
 
     def with_region(
         self, name: str, among: Sequence[str], where: Callable[[np.ndarray], np.ndarray]
@@ -223,8 +223,8 @@ def distribute(
         return Domain(domain, regions, half, sheets=behind, closing_mm3=closing)
     domain.topology.create_connectivity(3, 3)
     rows, tags = cells[np.concatenate(inside)], _tags(len(rows) for rows in inside)
-    found = _found(domain, 3, rows, tags, part_names)
-    return Domain(domain, regions, half, found, sheets=behind, closing_mm3=closing)
+    by_part = _found(domain, 3, rows, tags, part_names)
+    return Domain(domain, regions, half, by_part, sheets=behind, closing_mm3=closing)
 
 
 def _behind(
@@ -237,14 +237,14 @@ def _behind(
     facet_of = local_facets(domain, shape.face_corners, order)
     size = domain.topology.index_map(3).size_local
     original = np.asarray(domain.topology.original_cell_index[:size])
-    found: dict[str, dict[int, np.ndarray]] = {}
+    cells_of: dict[str, dict[int, np.ndarray]] = {}
     for name, rows in sheets.items():
         cells, faces = np.divmod(rows, len(shape.faces))
-        found[name] = {}
+        cells_of[name] = {}
         for face in np.unique(faces):
             here = np.flatnonzero(np.isin(original, cells[faces == face])).astype(np.int32)
-            found[name][int(facet_of[face])] = here
-    return found
+            cells_of[name][int(facet_of[face])] = here
+    return cells_of
 
 
 def _tags(counts: Iterable[int]) -> np.ndarray:
@@ -258,10 +258,10 @@ def _found(
 ) -> dict[str, np.ndarray]:
     """This rank's entities by name, from (n, nodes) input nodes and each one's place in these."""
     local, values = io.distribute_entity_data(domain, dimension, nodes, tags)
-    known = mesh.meshtags_from_entities(
+    meshtags = mesh.meshtags_from_entities(
         domain, dimension, graph.adjacencylist(local), np.asarray(values, dtype=np.int32)
     )
-    return {name: np.sort(known.find(place)) for place, name in enumerate(names)}
+    return {name: np.sort(meshtags.find(place)) for place, name in enumerate(names)}
 
 
 def _straight(solid: SolidMesh) -> SolidMesh:
@@ -280,5 +280,5 @@ def _straight(solid: SolidMesh) -> SolidMesh:
             f"mesh: {(off > 1e-6 * length).any(axis=1).sum()} hexahedra with curved edges; "
             "allowed: straight ones"
         )
-    facets = {name: found[:, :4] for name, found in solid.facets.items()}
+    facets = {name: nodes[:, :4] for name, nodes in solid.facets.items()}
     return assemble(solid.points, solid.cells[:, :8], facets)

@@ -163,7 +163,7 @@ def facet_rule(domain: mesh.Mesh, facet: int, degree: int) -> Rule:
 def covector(domain: mesh.Mesh, facet: int) -> Expr:
     """J⁻ᵀ n̂ of a local facet, whose direction is the normal and whose size is area by volume."""
     outward = basix.cell.facet_outward_normals(domain.basix_cell())[facet]
-    return ufl.JacobianInverse(domain).T * ufl.as_vector([float(each) for each in outward])
+    return ufl.JacobianInverse(domain).T * ufl.as_vector([float(part) for part in outward])
 
 
 def local_facets(domain: mesh.Mesh, faces: np.ndarray, order: np.ndarray) -> np.ndarray:

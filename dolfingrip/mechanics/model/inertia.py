@@ -74,9 +74,9 @@ class Inertia(Memory):
         """The consistent mass matrix (t) of the meshed part, without regard to supports."""
         from dolfinx.fem import petsc
 
-        found = petsc.assemble_matrix(to_assemble(self._mass))
-        found.assemble()
-        return found
+        matrix = petsc.assemble_matrix(to_assemble(self._mass))
+        matrix.assemble()
+        return matrix
 
     def kinetic_mJ(self) -> float:
         """Kinetic energy of the meshed part at the step's end."""

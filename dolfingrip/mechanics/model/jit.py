@@ -70,8 +70,8 @@ def _by_blocks(section: L.Section, blocks: Blocks) -> L.Section:
     for statement in rows.body.statements:
         for entry in get_statements(statement):
             factors = entry.rhs.args if isinstance(entry.rhs, L.Product) else [entry.rhs]
-            of_row = tuple(each for each in factors if check_dependency(each, i))
-            others = [each for each in factors if not check_dependency(each, i)]
+            of_row = tuple(factor for factor in factors if check_dependency(factor, i))
+            others = [factor for factor in factors if not check_dependency(factor, i)]
             sums[entry.lhs][of_row].append(L.float_product(others))
 
     declared: list[L.LNode] = []
@@ -188,18 +188,18 @@ def _on_ranks(
     """
     if comm.size == 1:
         return _in_process(form, form_compiler_options, jit_options)
-    found: Any = None
+    compiled: Any = None
     error: Exception | None = None
     for turn in (comm.rank == 0, comm.rank > 0):
         if turn:
             try:
-                found = _in_process(form, form_compiler_options, jit_options)
+                compiled = _in_process(form, form_compiler_options, jit_options)
             except Exception as failure:  # passed on to all ranks, which would wait for ever
                 error = failure
-        errors = [each for each in comm.allgather(error) if each is not None]
+        errors = [fault for fault in comm.allgather(error) if fault is not None]
         if errors:
             raise error or errors[0]
-    return found
+    return compiled
 
 
 dolfinx.jit.ffcx_jit = _on_ranks

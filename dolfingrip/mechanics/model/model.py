@@ -200,22 +200,22 @@ class Model:
         Args:
             supported: whether the rows of supported dofs are 0; else they are the reactions.
         """
-        found = Gradient(self.unknowns)
+        gradient = Gradient(self.unknowns)
         for term in self.all_terms:
-            term.add_gradient(self.u.x.array, found)
+            term.add_gradient(self.u.x.array, gradient)
         if not supported:
-            return found.array
-        whole = found.array.copy() if self.constraint else found.array
-        found.array[self.supported] = 0.0
+            return gradient.array
+        forces_N = gradient.array.copy() if self.constraint else gradient.array
+        gradient.array[self.supported] = 0.0
         if self.constraint:
-            self.constraint.add_gradient(self.u.x.array, whole, found)
-        return found.array
+            self.constraint.add_gradient(self.u.x.array, forces_N, gradient)
+        return gradient.array
 
     @property
     def supported(self) -> np.ndarray:
         """Owned dofs that supports prescribe, in a vector's order."""
-        each = (bc.dof_indices() for bc in self.supports)
-        return np.concatenate([np.zeros(0, int), *(dofs[:owned] for dofs, owned in each)])
+        indices = (bc.dof_indices() for bc in self.supports)
+        return np.concatenate([np.zeros(0, int), *(dofs[:owned] for dofs, owned in indices)])
 
     @property
     def nodes_mm(self) -> np.ndarray:
@@ -231,10 +231,10 @@ class Model:
     @property
     def free(self) -> np.ndarray:
         """1 for each owned unknown in a vector's order; 0 for supported unknowns and fillers."""
-        found = np.ones(self.unknowns.owned_size)
-        found[self.supported] = 0.0
-        self.unknowns.global_rows(found)[len(self.unknowns.global_unknowns) :] = 0.0
-        return found
+        free = np.ones(self.unknowns.owned_size)
+        free[self.supported] = 0.0
+        self.unknowns.global_rows(free)[len(self.unknowns.global_unknowns) :] = 0.0
+        return free
 
     @property
     def dependent_dofs(self) -> np.ndarray:
@@ -294,8 +294,8 @@ class Model:
     def update_lagged(self) -> bool:
         """Update all terms' lagged quantities at the present state; return whether any changed."""
         dofs = self.u.x.array
-        found = [term.update_lagged(dofs) for term in self.lagged_terms]  # all, not up to a first
-        return any(found)
+        changed = [term.update_lagged(dofs) for term in self.lagged_terms]  # all, not up to a first
+        return any(changed)
 
     def lag_error(self) -> float:
         """Largest relative change of lagged quantities since their last update."""
@@ -308,8 +308,8 @@ class Model:
 
     def restore_lagged(self, state: Sequence[Any]) -> None:
         """Set the lagged quantities to those that :meth:`lagged_state` returned."""
-        for term, each in zip(self.lagged_terms, state, strict=True):
-            term.restore_lagged(each)
+        for term, lagged in zip(self.lagged_terms, state, strict=True):
+            term.restore_lagged(lagged)
 
     @property
     def carried(self) -> CarriedTogether:

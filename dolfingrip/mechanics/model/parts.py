@@ -88,22 +88,22 @@ def solid_parts(
         return PartEnergy(density, stress, volume(names, rule or degree), cells, rule=rule)
 
     by_part = strain_energies if isinstance(strain_energies, Mapping) else {(): strain_energies}
-    found = []
+    parts = []
     for names, energies in by_part.items():
-        apart = [each.energy for each in energies if isinstance(each, ReducedIntegration)]
-        finely = [each for each in energies if not isinstance(each, ReducedIntegration)]
+        apart = [law.energy for law in energies if isinstance(law, ReducedIntegration)]
+        finely = [law for law in energies if not isinstance(law, ReducedIntegration)]
         if finely:
-            found.append(part(finely, names, None))
+            parts.append(part(finely, names, None))
         if apart:
-            found.append(part(apart, names, coarse))
-    return sorted(found, key=lambda each: each.rule is not None)
+            parts.append(part(apart, names, coarse))
+    return sorted(parts, key=lambda part: part.rule is not None)
 
 
 def sheet_parts(
     u: fem.Function, sheets: Sequence[Sheet], domain: Domain, degree: int
 ) -> list[PartEnergy]:
     """The parts of membranes, one for each local facet that their cells have on them."""
-    found = []
+    parts = []
     for sheet in sheets:
         for facet, cells in domain.sheets[sheet.name].items():
             way = covector(domain.mesh, facet)
@@ -118,5 +118,5 @@ def sheet_parts(
             rule = facet_rule(domain.mesh, facet, degree)
             dx = domain.behind(sheet.name, facet, **rule.metadata())
             stress = chain_rule.by_variable(density, strain)
-            found.append(PartEnergy(density, stress, dx, cells, size, rule, surface))
-    return found
+            parts.append(PartEnergy(density, stress, dx, cells, size, rule, surface))
+    return parts

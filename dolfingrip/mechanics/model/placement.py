@@ -50,8 +50,8 @@ class Placement:
 
     def which(self, points: np.ndarray) -> np.ndarray:
         """(n,) number of the copy that each of (n, 3) reference points belongs to."""
-        found = np.floor((points[:, 0] - self.start_mm) / self.pitch_mm).astype(int)
-        return np.asarray(np.clip(found, 0, self.count - 1))
+        copies = np.floor((points[:, 0] - self.start_mm) / self.pitch_mm).astype(int)
+        return np.asarray(np.clip(copies, 0, self.count - 1))
 
     def frames(self, points: np.ndarray) -> np.ndarray:
         """(n, 3, 3) rotations of the copies that (n, 3) reference points belong to."""

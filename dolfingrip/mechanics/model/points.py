@@ -95,8 +95,8 @@ class AtPoints:
 
     def values(self) -> np.ndarray:
         """Values on its cells, (cells, points × entries)."""
-        found = np.asarray(self.compiled.eval(self._mesh, self._cells))
-        return found.reshape(len(found), int(np.prod(found.shape[1:])))
+        values = np.asarray(self.compiled.eval(self._mesh, self._cells))
+        return values.reshape(len(values), int(np.prod(values.shape[1:])))
 
     def into(self, target: fem.Function) -> None:
         """Evaluate into ``target``."""

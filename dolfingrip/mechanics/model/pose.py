@@ -108,8 +108,8 @@ def rotation(theta: np.ndarray) -> Rotation:
 def _factors(q: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """c, a and b at q = |θ|², and their first and second derivatives by q."""
     if q < SERIES:
-        found = (POWERS @ q ** np.arange(TERMS)).tolist()
-        return tuple(found[0]), tuple(found[1]), tuple(found[2])
+        series = (POWERS @ q ** np.arange(TERMS)).tolist()
+        return tuple(series[0]), tuple(series[1]), tuple(series[2])
     angle = np.sqrt(q)
     c, a = np.cos(angle), np.sin(angle) / angle
     b = (1 - c) / q

@@ -80,14 +80,14 @@ class Potential(Term):
         degree = degree or integration_degree(space)
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
-        found = solid_parts(u, strain_energies, domain, degree)
-        solids = [part for part in found if part.rule is None]
-        apart = [part for part in found if part.rule is not None]
+        all_solids = solid_parts(u, strain_energies, domain, degree)
+        solids = [part for part in all_solids if part.rule is None]
+        apart = [part for part in all_solids if part.rule is not None]
         if sheets:
             assert domain is not None
             apart += sheet_parts(u, sheets, domain, sheet_degree(space))
         parts = [*solids, *apart]
-        self.degree, self.solids = degree, found
+        self.degree, self.solids = degree, all_solids
         fields = [u] if p is None else [u, p]
         if not isinstance(strain_energies, Mapping):
             strain_energies = {(): strain_energies}
@@ -102,7 +102,7 @@ class Potential(Term):
         if self.carried is not None:
             stresses = [self.carried.stress] * len(solids) + self.carried.on_sheets
 
-        rest = sum(terms[1:], start=terms[0]) if terms else None
+        form = sum(terms[1:], start=terms[0]) if terms else None
         value = _sum(part.area * part.density * part.dx for part in parts)
         residual = _sum(
             part.area * ufl.inner(part.stress, part.surface(strain_variation(u, v))) * part.dx
@@ -117,10 +117,10 @@ class Potential(Term):
             * part.dx
             for part, stress in zip(parts, stresses, strict=True)
         )
-        if rest is not None:
-            value += rest
-            residual += ufl.derivative(rest, u, v)
-            tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
+        if form is not None:
+            value += form
+            residual += ufl.derivative(form, u, v)
+            tangent += ufl.derivative(ufl.derivative(form, u, v), u, w)
         self.gradient = residual
         self._energy, self._stiffness = value, tangent
         self._by_coordinates: fem.Form | None = None
@@ -139,7 +139,7 @@ class Potential(Term):
             self._constraint, self._coupling = constraint, blocks
         self._jacobian = AtPoints(ufl.det(deformation_gradient(u)), space.mesh, degree)
         self._globals = (
-            _GlobalForms(u, rest, global_unknowns) if global_unknowns and rest is not None else None
+            _GlobalForms(u, form, global_unknowns) if global_unknowns and form is not None else None
         )
 
     # -- forms are compiled when they are first asked for: a finger's run never asks for its energy
@@ -188,11 +188,11 @@ class Potential(Term):
         if self._globals is not None:
             self._globals.add_slopes(gradient)
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add the derivatives by the reference coordinates at the present unknowns (N)."""
         if self._by_coordinates is None:
-            self._by_coordinates = found.coordinates.compiled(self._energy)
-        found.add_form(self._by_coordinates)
+            self._by_coordinates = gradient.coordinates.compiled(self._energy)
+        gradient.add_form(self._by_coordinates)
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """The tangent, by blocks of displacement and pressure."""

@@ -198,7 +198,7 @@ class RigidMotion(Term, Memory, Regularised):
         within += np.diag(3 * [restraint] + 3 * [turning])
         return self.pose.coupling(0, np.zeros((SIX, 0)), within)
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add nothing: the body is no part of the mesh."""
 
     def set_residual(self, residual_N: float) -> None:
@@ -226,8 +226,8 @@ class RigidMotion(Term, Memory, Regularised):
 
     def step_error(self) -> float:
         """Error of the converged step by the allowed one; implicit Euler has none that is told."""
-        known = self.motion.scheme is not IMPLICIT_EULER
-        return self.motion.error_mm(self._places()) / self._error_mm if known else 0.0
+        estimated = self.motion.scheme is not IMPLICIT_EULER
+        return self.motion.error_mm(self._places()) / self._error_mm if estimated else 0.0
 
     def accept(self) -> None:
         """Make the step's end the start of the next step."""
@@ -238,8 +238,8 @@ class RigidMotion(Term, Memory, Regularised):
     def _turn(self) -> None:
         """Make the stored motion one of a body that turns: Ṙ = R ω×, R̈ = R (ω̇× + ω× ω×)."""
         turned, speed, rate = (
-            each[1:] / self.body.gyration_mm
-            for each in (self.motion.places, self.motion.velocity, self.motion.acceleration)
+            vectors[1:] / self.body.gyration_mm
+            for vectors in (self.motion.places, self.motion.velocity, self.motion.acceleration)
         )
         spin = self._cross(turned.T @ speed)
         change = self._cross(turned.T @ rate - spin @ spin)

@@ -127,8 +127,8 @@ class History(Memory):
 
     def accept(self) -> None:
         """Update all variables at once from the values at the step's start."""
-        found = [(variable, end.values().ravel()) for variable, end in self._updates]
-        for variable, values in found:
+        new_values = [(variable, end.values().ravel()) for variable, end in self._updates]
+        for variable, values in new_values:
             variable.x.array[: values.size] = values
 
     def values(self) -> dict[str, np.ndarray]:

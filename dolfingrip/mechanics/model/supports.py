@@ -120,16 +120,16 @@ class MovingSupport:
 
     # -- the chain rule ----------------------------------------------------------------------------
 
-    def add_gradient(self, dofs: np.ndarray, whole: np.ndarray, gradient: Gradient) -> None:
+    def add_gradient(self, dofs: np.ndarray, forces_N: np.ndarray, gradient: Gradient) -> None:
         """Add the slopes by the global unknowns and the equations of the moving displacements.
 
         Args:
             dofs: displacement.
-            whole: derivatives of Π by all owned unknowns, supported ones included.
+            forces_N: derivatives of Π by all owned unknowns, supported ones included.
             gradient: gradient that is added to; its rows of supported displacements are 0.
         """
         apart = self.apart(dofs)
-        local = self._ways @ (whole[self.dofs] - apart)
+        local = self._ways @ (forces_N[self.dofs] - apart)
         slopes = self._comm.allreduce(local, MPI.SUM)
         for unknown, slope in zip(self.global_unknowns, slopes, strict=True):
             gradient.add(unknown, float(slope))
@@ -150,18 +150,18 @@ class MovingSupport:
         ways = self._ways * [[unknown.scale] for unknown in self.global_unknowns]
         along = np.zeros((len(ways), unknowns.owned_size))
         along[:, self.dofs] = ways
-        products = np.array([product(each) for each in along])
+        products = np.array([product(direction) for direction in along])
         within = self._comm.allreduce((products[:, self.dofs] + ways) @ ways.T, MPI.SUM)
         rows = free * products
         rows[:, self.dofs] = -ways
-        own = [unknown.index for unknown in self.global_unknowns]
-        found = np.zeros((unknowns.owned_size, unknowns.padded))
-        found[:, own] = rows.T
+        indices = [unknown.index for unknown in self.global_unknowns]
+        border = np.zeros((unknowns.owned_size, unknowns.padded))
+        border[:, indices] = rows.T
         if unknowns.owns_globals:
-            square = unknowns.global_rows(found)
-            square[own] += unknowns.global_rows(rows.T).T
-            square[np.ix_(own, own)] += within
-        places = sp.csr_matrix(found)
+            square = unknowns.global_rows(border)
+            square[indices] += unknowns.global_rows(rows.T).T
+            square[np.ix_(indices, indices)] += within
+        places = sp.csr_matrix(border)
         columns = places.indices + unknowns.size - unknowns.padded
         shape = (unknowns.owned_size, unknowns.size)
         return sp.csr_matrix((places.data, columns, places.indptr), shape)

@@ -75,7 +75,7 @@ class Term:
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the reference nodes by ``change`` (local array, mm); None: put them back."""
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add the derivatives of the potential by the reference coordinates.
 
         Raises:

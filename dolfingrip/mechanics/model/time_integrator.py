@@ -89,7 +89,7 @@ class TimeIntegrator:
         """The motion, by name."""
         stored = (self.places, self.velocity, self.acceleration, self._forces)
         return {
-            f"{self._name}.{key}": each.copy() for key, each in zip(_NAMES, stored, strict=True)
+            f"{self._name}.{key}": array.copy() for key, array in zip(_NAMES, stored, strict=True)
         }
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:

@@ -158,8 +158,8 @@ class Unknowns:
             field.x.array[: len(part)] = part
             field.x.scatter_forward()
         if self.padded:
-            found = self.global_rows(values).copy() if self.owns_globals else None
-            self._set_global_values(self.comm.bcast(found, root=self.comm.size - 1))
+            global_values = self.global_rows(values).copy() if self.owns_globals else None
+            self._set_global_values(self.comm.bcast(global_values, root=self.comm.size - 1))
 
     def to_local(self, values: np.ndarray) -> np.ndarray:
         """A vector's values as a local array, ghosts from their owners."""

@@ -59,7 +59,7 @@ def has_cholesky(model: Model) -> bool:
         False on several ranks, of a saddle point, or without CHOLMOD.
     """
     unknowns = model.unknowns
-    saddle = len(unknowns.fields) > 1 or any(each.multiplier for each in unknowns.global_unknowns)
+    saddle = len(unknowns.fields) > 1 or any(g.multiplier for g in unknowns.global_unknowns)
     return model.comm.size == 1 and not saddle and cholmod.available()
 
 
@@ -126,8 +126,8 @@ class Bordered:
             place = np.empty(inside, dtype=PETSc.IntType)
             place[members] = np.arange(len(members))
             pattern = np.array([place[rows[which]], place[nodes[which]]])
-            known = [part for part in before if part.is_like(members, pattern)]
-            part = known[0] if known else _Part(self._create(), members, pattern)
+            alike = [part for part in before if part.is_like(members, pattern)]
+            part = alike[0] if alike else _Part(self._create(), members, pattern)
             part.which = which
             self._parts.append(part)
         self._outside = np.flatnonzero(nodes >= inside)
@@ -146,10 +146,10 @@ class Bordered:
 
     def _inner(self, right: np.ndarray, rtol: float | None = None) -> np.ndarray:
         """D⁻¹ of the parts' rows of (n, k) right-hand sides."""
-        found = np.empty((BLOCK * self._inside, right.shape[1]))
+        solutions = np.empty((BLOCK * self._inside, right.shape[1]))
         for part in self._parts:
-            found[part.rows] = part.inverse.solve_many(right[part.rows], rtol)
-        return found
+            solutions[part.rows] = part.inverse.solve_many(right[part.rows], rtol)
+        return solutions
 
     def _joined(self, right: np.ndarray, inner: np.ndarray) -> np.ndarray:
         """All unknowns, by (n, k) right-hand sides and D⁻¹r of the parts.
@@ -171,8 +171,8 @@ class Bordered:
 
     def solve(self, right: PETSc.Vec, solution: PETSc.Vec, rtol: float) -> None:
         """Solve for one right-hand side to an error of ``rtol`` times the solution."""
-        found = self._joined(right.array_r[:, None], self._inner(right.array_r[:, None], rtol))
-        solution.array[:] = found[:, 0]
+        solutions = self._joined(right.array_r[:, None], self._inner(right.array_r[:, None], rtol))
+        solution.array[:] = solutions[:, 0]
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides."""
@@ -227,8 +227,8 @@ class _Part:
 
     def set_up(self, blocks: np.ndarray) -> None:
         """Factorise the part of a matrix with these ``blocks``."""
-        own = stored_values(self._matrix).reshape(-1, BLOCK, BLOCK)
-        np.take(blocks, self.which, axis=0, out=own, mode="clip")
+        values = stored_values(self._matrix).reshape(-1, BLOCK, BLOCK)
+        np.take(blocks, self.which, axis=0, out=values, mode="clip")
         self._matrix.assemble()
         self._matrix.stateIncrease()
         self.inverse.set_up(self._matrix)

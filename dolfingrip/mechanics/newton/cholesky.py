@@ -140,9 +140,9 @@ class Cholesky:
         """
         if self._definite and self._dtype == np.float32:
             limits = rtol or ROUNDING, ITERATIONS
-            found = conjugate_gradients(self._matrix, self.approximate, right, *limits)
-            if found is not None:
-                return found
+            solutions = conjugate_gradients(self._matrix, self.approximate, right, *limits)
+            if solutions is not None:
+                return solutions
             assert self._scalars is not None
             self._definite = self._factorised_in_double(self._scalars)
             if not self._definite:
@@ -238,7 +238,7 @@ def conjugate_gradients(
     Returns:
         (n, k) solutions; None if they are not found, as with a matrix that is not definite.
     """
-    found, residual = np.zeros_like(right), right.copy()
+    solutions, residual = np.zeros_like(right), right.copy()
     step = np.array(inverse(residual), dtype=float)
     energy = first = _products(residual, step)
     for _ in range(iterations):
@@ -247,12 +247,12 @@ def conjugate_gradients(
         if (curvature < 0).any():
             return None
         length = np.divide(energy, curvature, out=np.zeros_like(energy), where=curvature > 0)
-        found += length * step
+        solutions += length * step
         residual -= length * rising
         next_step = inverse(residual)
         before, energy = energy, _products(residual, next_step)
         if (energy <= rtol**2 * first).all():
-            return found
+            return solutions
         turned = -length * _products(rising, next_step)
         step *= np.divide(turned, before, out=np.zeros_like(turned), where=before > 0)
         step += next_step
@@ -266,9 +266,9 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _times(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
     """The matrix times (n, k) columns."""
     x, y = matrix.createVecs()
-    found = np.empty_like(columns)
+    products = np.empty_like(columns)
     for column in range(columns.shape[1]):
         x.array[:] = columns[:, column]
         matrix.mult(x, y)
-        found[:, column] = y.array_r
-    return found
+        products[:, column] = y.array_r
+    return products

@@ -117,13 +117,13 @@ class CholmodFactors:
             "x": ffi.cast("void *", given.ctypes.data),
             "xtype": lib.CHOLMOD_REAL, "dtype": self._matrix.dtype,
         })  # fmt: skip
-        found, *work = self._work
+        solution, *work = self._work
         done = lib.cholmod_solve2(
-            lib.CHOLMOD_A, self._factor[0], dense, ffi.NULL, found, ffi.NULL, *work, self._common
+            lib.CHOLMOD_A, self._factor[0], dense, ffi.NULL, solution, ffi.NULL, *work, self._common
         )
         if not done:
             raise MemoryError(f"CHOLMOD: no solution (status {self._common.status})")
-        values = np.frombuffer(ffi.buffer(found[0].x, given.nbytes), dtype=given.dtype)
+        values = np.frombuffer(ffi.buffer(solution[0].x, given.nbytes), dtype=given.dtype)
         return values.reshape((size, count), order="F")
 
 
@@ -160,9 +160,9 @@ def elimination(starts: np.ndarray, rows: np.ndarray) -> Elimination:
             break
     count = len(starts) - 1
     order = np.frombuffer(ffi.buffer(factor[0].Perm, 4 * count), dtype=np.int32).copy()
-    found = Elimination(order, float(common.lnz))
+    chosen = Elimination(order, float(common.lnz))
     _free(common, factor, [])
-    return found
+    return chosen
 
 
 def _common() -> Any:
@@ -197,16 +197,16 @@ def _sparse(starts: np.ndarray, rows: np.ndarray, values: np.ndarray | None) -> 
 def _free(common: Any, factor: Any, dense: list[Any]) -> None:
     _, lib = _binding()
     lib.cholmod_free_factor(factor, common)
-    for each in dense:
-        lib.cholmod_free_dense(each, common)
+    for matrix in dense:
+        lib.cholmod_free_dense(matrix, common)
     lib.cholmod_finish(common)
 
 
 @cache
 def header() -> Path | None:
     """The header of a CHOLMOD that has single precision, as of SuiteSparse 7.4; None without."""
-    found = (Path(place, "include", "suitesparse", "cholmod.h") for place in PLACES if place)
-    single = (file for file in found if file.exists() and "CHOLMOD_SINGLE 4" in file.read_text())
+    headers = (Path(place, "include", "suitesparse", "cholmod.h") for place in PLACES if place)
+    single = (file for file in headers if file.exists() and "CHOLMOD_SINGLE 4" in file.read_text())
     return next(single, None)
 
 

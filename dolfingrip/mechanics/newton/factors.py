@@ -209,7 +209,7 @@ class Factors:
         if self._inverse.exact:
             return self._exact.solve_many(right)
         assert self._factorised is not None
-        found = np.zeros_like(right)
+        solutions = np.zeros_like(right)
         values, solution = self._factorised.createVecs()
         for column in range(right.shape[1]):
             values.array[:] = right[:, column]
@@ -217,14 +217,14 @@ class Factors:
             # GMRES' residual is that after a V-cycle: what is left is solved for, as far as it goes
             for _ in range(2):
                 self._solve_fresh(self._ksp, values, solution, self._policy.exact_rtol)
-                found[:, column] += solution.array_r
-                solution.array[:] = found[:, column]
+                solutions[:, column] += solution.array_r
+                solution.array[:] = solutions[:, column]
                 self._factorised.mult(solution, values)
                 values.array[:] = right[:, column] - values.array_r
             if values.norm() > enough:
                 self._replace(self._factorised)
                 return self.solve_many(right)
-        return found
+        return solutions
 
     def _create(self, matrix: PETSc.Mat) -> PETSc.KSP:
         self._ksp = ksp = PETSc.KSP().create(matrix.comm)

@@ -192,18 +192,18 @@ def _root(work: Callable[[float], float], first: float, end: float, policy: Step
     lower, upper = (0.0, first), (end, work(end))
     if upper[1] <= policy.remaining * abs(first):
         return end
-    found = end
+    place = end
     for _ in range(policy.searched):
-        found = lower[0] - lower[1] * (upper[0] - lower[0]) / (upper[1] - lower[1])
+        place = lower[0] - lower[1] * (upper[0] - lower[0]) / (upper[1] - lower[1])
         if upper[1] > policy.steep * abs(first):
-            found = lower[0] + policy.closer * (upper[0] - lower[0])
-        value = work(found)
+            place = lower[0] + policy.closer * (upper[0] - lower[0])
+        value = work(place)
         if abs(value) <= policy.remaining * abs(first):
             break
         if value > 0:
-            upper = (found, value)
+            upper = (place, value)
             lower = (lower[0], lower[1] / 2)  # as Illinois does, lest one end stays for ever
         else:
-            lower = (found, value)
+            lower = (place, value)
             upper = (upper[0], upper[1] / 2)
-    return found
+    return place

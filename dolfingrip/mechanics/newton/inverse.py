@@ -54,9 +54,9 @@ def cheapest(graph: sp.csr_matrix, comm: MPI.Comm, smallest: int = 1000) -> Orde
     if graph.shape[1] < smallest:
         return Order(AUTOMATIC)
     matrix = _laplacian(graph, comm)
-    found = [_tried(matrix, ordering) for ordering in CANDIDATES]
+    orders = [_tried(matrix, ordering) for ordering in CANDIDATES]
     matrix.destroy()
-    return min(found, key=lambda order: order.operations)
+    return min(orders, key=lambda order: order.operations)
 
 
 def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
@@ -78,13 +78,13 @@ def _tried(matrix: PETSc.Mat, ordering: int) -> Order:
     factor.setMumpsIcntl(7, ordering)
     pc.setUp()
     entries = factor.getMumpsInfog(20)  # in millions where it is negative
-    found = Order(
+    order = Order(
         ordering,
         float(entries if entries >= 0 else -1e6 * entries),
         float(factor.getMumpsRinfog(1)),
     )
     pc.destroy()
-    return found
+    return order
 
 
 class Inverse(Protocol):
@@ -195,10 +195,10 @@ class Factorisation:
             matrix.setUp()
             matrix.assemble()
         factor.matSolve(b, x)
-        found = x.getDenseArray().copy()
+        solutions = x.getDenseArray().copy()
         b.destroy()
         x.destroy()
-        return np.asarray(found)
+        return np.asarray(solutions)
 
 
 RELAXATION: Final = "mat_mumps_icntl_14"

@@ -182,8 +182,8 @@ class CorrectedStep:
 
     def _sum(self, add: Callable[[Any, Gradient], None]) -> np.ndarray:
         """The sum of the terms' corrections by the owned unknowns; supported rows are 0."""
-        found = Gradient(self._model.unknowns)
+        gradient = Gradient(self._model.unknowns)
         for part in self._parts:
-            add(part, found)
-        found.array[self._supported] = 0.0
-        return found.array
+            add(part, gradient)
+        gradient.array[self._supported] = 0.0
+        return gradient.array

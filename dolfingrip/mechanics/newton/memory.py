@@ -50,12 +50,12 @@ def refuse_too_large(
 
 def free_MB() -> float:
     """Memory that new work may take (10⁶ bytes): of the machine, or of this process' group."""
-    found = [float("inf")]
-    found += _entry_MB("/proc/meminfo", "MemAvailable")
+    available_MB = [float("inf")]
+    available_MB += _entry_MB("/proc/meminfo", "MemAvailable")
     limit, used = (_read(f"/sys/fs/cgroup/memory.{name}").strip() for name in ("max", "current"))
     if limit.isdigit() and used.isdigit():
-        found.append((int(limit) - int(used)) / MB)
-    return min(found)
+        available_MB.append((int(limit) - int(used)) / MB)
+    return min(available_MB)
 
 
 def peak_MB() -> float:

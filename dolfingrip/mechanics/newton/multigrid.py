@@ -60,9 +60,9 @@ class LinearLevel:
         self._first = coarse.local_range[0]
         self._count = coarse.size_global + pads
         parents = _parents(space, linear)
-        own = [np.concatenate(comm.allgather(parents)), np.zeros((pads, 2), dtype=np.int64)]
-        own[1] += (coarse.size_global + np.arange(pads))[:, None]
-        self.parents = np.concatenate(own)
+        parts = [np.concatenate(comm.allgather(parents)), np.zeros((pads, 2), dtype=np.int64)]
+        parts[1] += (coarse.size_global + np.arange(pads))[:, None]
+        self.parents = np.concatenate(parts)
         free = np.concatenate(comm.allgather(model.free)).reshape(-1, BLOCK)
         single = np.flatnonzero(self.parents[:, 0] == self.parents[:, 1])
         coarse_free = np.zeros((self._count, BLOCK))
@@ -94,8 +94,8 @@ class LinearLevel:
         """(owned nodes, nodes) nodes of the linear level that its tangent couples."""
         row, column = np.divmod(self._keys, self._count)
         both = np.concatenate([row, column]), np.concatenate([column, row])
-        whole = sp.csr_matrix((np.ones(len(both[0])), both), (self._count, self._count))
-        return whole[self._first : self._first + self._rows]
+        couplings = sp.csr_matrix((np.ones(len(both[0])), both), (self._count, self._count))
+        return couplings[self._first : self._first + self._rows]
 
     def assemble(self, matrix: PETSc.Mat) -> tuple[PETSc.Mat, np.ndarray]:
         """The linear level's tangent, and the blocks on the diagonal of ``matrix``.
@@ -134,28 +134,28 @@ class LinearLevel:
         values = values * self._free[row][:, :, None] * self._free[column][:, None, :]
         held = np.flatnonzero(row == column)
         values[held[:, None], np.arange(BLOCK), np.arange(BLOCK)] += 1.0 - self._free[row[held]]
-        own = (row >= self._first) & (row < self._first + self._rows)
-        counts = np.bincount(row[own] - self._first, minlength=self._rows)
+        owned = (row >= self._first) & (row < self._first + self._rows)
+        counts = np.bincount(row[owned] - self._first, minlength=self._rows)
         self._tangent.setValuesBlockedCSR(
             np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType),
-            column[own].astype(PETSc.IntType),
-            np.ascontiguousarray(values[own]),
+            column[owned].astype(PETSc.IntType),
+            np.ascontiguousarray(values[owned]),
         )
         self._tangent.assemble()
 
     def _prepare(self, matrix: PETSc.Mat) -> None:
         """Take the pattern of ``matrix``: the linear level's pattern, and the sums of blocks."""
-        found = []
+        contributions = []
         first = matrix.getOwnershipRange()[0] // BLOCK
         for start, columns, _ in _upper_blocks(matrix):
             counts = np.diff([*start, len(columns)])
-            found.append(self._contributions(first, counts, columns))
+            contributions.append(self._contributions(first, counts, columns))
             first += len(start)
-        keys = [np.unique(key) for key, *_ in found]
+        keys = [np.unique(key) for key, *_ in contributions]
         keys = self._comm.allgather(np.unique(np.concatenate(keys)))
         self._keys = np.unique(np.concatenate(keys))
         self._sums = []
-        for key, which, weight, turned, count in found:
+        for key, which, weight, turned, count in contributions:
             place = np.searchsorted(self._keys, key)
             shape = (len(self._keys), count)
             self._sums.append(
@@ -165,10 +165,10 @@ class LinearLevel:
                 )
             )
         row, column = np.divmod(self._keys, self._count)
-        own = (row >= self._first) & (row < self._first + self._rows)
-        near = column[own] < self._first + self._rows
+        owned = (row >= self._first) & (row < self._first + self._rows)
+        near = column[owned] < self._first + self._rows
         nnz = tuple(
-            np.bincount(row[own][part] - self._first, minlength=self._rows).astype(PETSc.IntType)
+            np.bincount(row[owned][part] - self._first, minlength=self._rows).astype(PETSc.IntType)
             for part in (near, ~near)
         )
         size = BLOCK * self._rows
@@ -218,11 +218,11 @@ def _parents(space: fem.FunctionSpace, linear: fem.FunctionSpace) -> np.ndarray:
     corners = len(basix.geometry(cell))
     ends = np.concatenate([np.repeat(np.arange(corners)[:, None], 2, axis=1), edges])
     nodes = space.dofmap.list
-    own = linear.dofmap.index_map.local_to_global(linear.dofmap.list.ravel())
-    places = own.reshape(-1, corners)[:, ends].astype(np.int64)
-    found = np.empty((nodes.max(initial=-1) + 1, 2), dtype=np.int64)
-    found[nodes.ravel()] = places.reshape(-1, 2)
-    return found[: space.dofmap.index_map.size_local]
+    vertices = linear.dofmap.index_map.local_to_global(linear.dofmap.list.ravel())
+    places = vertices.reshape(-1, corners)[:, ends].astype(np.int64)
+    parents = np.empty((nodes.max(initial=-1) + 1, 2), dtype=np.int64)
+    parents[nodes.ravel()] = places.reshape(-1, 2)
+    return parents[: space.dofmap.index_map.size_local]
 
 
 def _upper_blocks(

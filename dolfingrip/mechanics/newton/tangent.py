@@ -116,9 +116,9 @@ class Tangent:
         )
         if not self._model.unknowns.owns_globals:
             return graph
-        own = np.zeros((self._global_blocks, self._nodes + self._global_blocks))
-        own[:, self._nodes :] = 1.0
-        return sp.csr_matrix(sp.vstack([graph, sp.csr_matrix(own)]))
+        border = np.zeros((self._global_blocks, self._nodes + self._global_blocks))
+        border[:, self._nodes :] = 1.0
+        return sp.csr_matrix(sp.vstack([graph, sp.csr_matrix(border)]))
 
     def _whole_graph(self) -> sp.csr_matrix:
         """Entries of elements, of known couplings, and of dependent displacements' unknowns."""
@@ -131,9 +131,9 @@ class Tangent:
             self._model.unknowns.global_nodes(),
         )
 
-    def _gathered(self, own: np.ndarray) -> np.ndarray:
+    def _gathered(self, local: np.ndarray) -> np.ndarray:
         """The couplings of all ranks."""
-        return np.unique(np.concatenate(self._model.comm.allgather(own)))
+        return np.unique(np.concatenate(self._model.comm.allgather(local)))
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
         """An assembled zero matrix with the entries of ``graph`` (owned block rows)."""
@@ -167,7 +167,7 @@ class Tangent:
 
     def _note(self, couplings: Sequence[Coupling]) -> bool:
         """Note the pairs of nodes in ``couplings``; return whether any rank has new ones."""
-        found = [self._known]
+        keys = [self._known]
         for nodes, hessian in couplings:
             count = max(len(nodes), 1)
             pairs = np.unique((hessian.row // 3).astype(np.int64) * count + hessian.col // 3)
@@ -175,10 +175,10 @@ class Tangent:
             row, column = nodes[row], nodes[column]
             # every node is coupled with itself by its elements
             owned = (row >= self._first) & (row < self._first + self._rows) & (row != column)
-            found.append(self._keys(row[owned], column[owned]))
-        known = np.unique(np.concatenate(found))
-        new = known.size > self._known.size
-        self._known = known
+            keys.append(self._keys(row[owned], column[owned]))
+        all_keys = np.unique(np.concatenate(keys))
+        new = all_keys.size > self._known.size
+        self._known = all_keys
         return bool(self._model.comm.allreduce(new, MPI.LOR))
 
     def _keys(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:

@@ -30,22 +30,22 @@ def natural_frequencies_Hz(newton: Newton, mass: PETSc.Mat, count: int) -> np.nd
     mine = slice(sum(sizes[: comm.rank]), sum(sizes[: comm.rank + 1]))
     x, y = mass.createVecs()
 
-    def gathered(own: np.ndarray) -> np.ndarray:
-        return np.concatenate(comm.allgather(own))
+    def gathered(local: np.ndarray) -> np.ndarray:
+        return np.concatenate(comm.allgather(local))
 
-    def weighed(whole: np.ndarray) -> np.ndarray:
-        own = free * whole.ravel()[mine]
-        x.array[:] = own[: x.local_size]
+    def weighed(vector: np.ndarray) -> np.ndarray:
+        local = free * vector.ravel()[mine]
+        x.array[:] = local[: x.local_size]
         mass.mult(x, y)
-        found = np.zeros_like(own)
-        found[: y.local_size] = y.array_r
-        return gathered(free * found)
+        weighted = np.zeros_like(local)
+        weighted[: y.local_size] = y.array_r
+        return gathered(free * weighted)
 
-    def solved(whole: np.ndarray) -> np.ndarray:
-        return gathered(lent[0](whole.ravel()[mine].copy()))
+    def solved(vector: np.ndarray) -> np.ndarray:
+        return gathered(lent[0](vector.ravel()[mine].copy()))
 
     shape = (sum(sizes), sum(sizes))
-    m, k = (LinearOperator(shape, each, dtype=float) for each in (weighed, solved))
+    m, k = (LinearOperator(shape, product, dtype=float) for product in (weighed, solved))
     start = solved(weighed(np.random.default_rng(0).uniform(-1, 1, shape[0])))
     try:
         squares = eigsh(m, count, m, sigma=0.0, OPinv=k, v0=start, return_eigenvectors=False)

@@ -111,13 +111,13 @@ class VolumeControl(Term, Memory):
         rates = owned_vector(self._rate)  # of the meshed volume (mm²)
         return [global_coupling([self.unknown], self._first, -rates[None], np.zeros((1, 1)))]
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add p ∂V*/∂X, as V* grows with the undeformed cavity."""
         if self._by_coordinates is None:
-            self._by_coordinates = found.coordinates.compiled(self._integral)
+            self._by_coordinates = gradient.coordinates.compiled(self._integral)
         share = self.control.value / self._undeformed
         with undeformed(self._u):
-            found.add_form(self._by_coordinates, self.unknown.value * share)
+            gradient.add_form(self._by_coordinates, self.unknown.value * share)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Let the controlled volume grow with the undeformed cavity."""

@@ -61,19 +61,19 @@ def greatest(
     }
     newton = Newton(volume_controlled(model, pressure, volume), settings.model_copy(update=few))
     start = newton.model.controls[CONTROL].value
-    found = [(pressure.value, good)]
+    states = [(pressure.value, good)]
 
     def over() -> bool:
-        found.append((pressure.value, model.state()))
-        return _falls(found, fall) or pressure.value > beyond_kPa
+        states.append((pressure.value, model.state()))
+        return _falls(states, fall) or pressure.value > beyond_kPa
 
     halves = PathPolicy(halves_first=True)
     path = LoadPath(newton, {CONTROL: LONGEST * start}, over=over, damped=False, policy=halves)
     path.advance({CONTROL: LARGEST * start})
     model.restore(good)
-    return max(found, key=itemgetter(0)) if _falls(found, fall) else None
+    return max(states, key=itemgetter(0)) if _falls(states, fall) else None
 
 
-def _falls(found: Sequence[tuple[float, State]], fall: float) -> bool:
+def _falls(states: Sequence[tuple[float, State]], fall: float) -> bool:
     """Return whether the last pressure is below the greatest by more than a part of it."""
-    return found[-1][0] < (1 - fall) * max(pressure_kPa for pressure_kPa, _ in found)
+    return states[-1][0] < (1 - fall) * max(pressure_kPa for pressure_kPa, _ in states)

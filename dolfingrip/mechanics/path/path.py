@@ -120,7 +120,7 @@ class LoadPath:
         """Go to ``target`` (controls by name); end at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
-        whole = self._longest_steps(start, target)
+        distance = self._longest_steps(start, target)
 
         def at(fraction: float) -> dict[str, float]:
             if fraction == 1.0:
@@ -130,7 +130,7 @@ class LoadPath:
         self._predictor.note(good)
         noted = self._predictor.noted({**good.controls, **target})
         if noted is None:
-            self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
+            self._turn(start, {name: (target[name] - start[name]) / distance for name in target})
         self._lost, self._turns = False, None
         before, damped = self.newton.counts.iterations, self.newton.counts.damped
         done, iterations, steps = 0.0, 0, 0
@@ -138,11 +138,11 @@ class LoadPath:
             if is_late(self.model.comm, self._end_s):
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
-            reach = 1.0 if noted else self._next(done, whole)
+            reach = 1.0 if noted else self._next(done, distance)
             self.model.prescribe(at(reach))
-            ahead = self._place + (reach - done) * whole
+            ahead = self._place + (reach - done) * distance
             guess, returns, noted = noted or self._predictor.guess(ahead), noted is not None, None
-            taken = (reach - done) * whole
+            taken = (reach - done) * distance
             last = taken < 2 * self._shortest
             solve = self._solve(good, at(reach), guess, taken, last=last)
             iterations = self.newton.counts.iterations - before
@@ -188,10 +188,10 @@ class LoadPath:
             self._predictor.restart(self._place)
             self._length = taken / 2
             if self._length < self._shortest:
-                back = self._shortest / whole / 2
+                back = self._shortest / distance / 2
                 soft = (
                     away
-                    or self._is_soft(at(done - back), back * whole, good)
+                    or self._is_soft(at(done - back), back * distance, good)
                     or ((self._turns is None or self._damped) and self._passable(at(reach)))
                 )
                 kind = _classify(solve, rejected, soft)
@@ -208,9 +208,9 @@ class LoadPath:
         creeps = self._lost and length < self._policy.creeping
         return not self._damped or creeps or self._foreseen(controls)
 
-    def _next(self, done: float, whole: float) -> float:
-        """The part of a way of ``whole`` longest steps at which the next step ends."""
-        length, remaining = min(self._length, 1.0) / whole, 1.0 - done
+    def _next(self, done: float, distance: float) -> float:
+        """The part of a way of ``distance`` longest steps at which the next step ends."""
+        length, remaining = min(self._length, 1.0) / distance, 1.0 - done
         if self._by_error:  # equal steps: a short last one would cost as much as a long one
             count = math.ceil(remaining / length - self._policy.sliver)
             length = remaining / max(count, 1)  # none of a way that is a sliver of a step

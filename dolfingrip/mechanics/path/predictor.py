@@ -96,9 +96,9 @@ class Predictor:
         here = self._model.unknowns.local()
         self._model.unknowns.set_local(unknowns)
         self._model.carried.reset()
-        found = Guess(unknowns, self._model.carried.values)
+        guess = Guess(unknowns, self._model.carried.values)
         self._model.unknowns.set_local(here)
-        return found
+        return guess
 
     def guess(self, place: float) -> Guess | None:
         """The state at ``place``, or as near to it as bounds allow; None if that is not far."""
@@ -165,11 +165,11 @@ def taylor_terms(
         not move.
     """
     start = model.unknowns.local()
-    found: list[np.ndarray] = []
+    terms: list[np.ndarray] = []
     equations = model.unknowns.create_vector()
 
     def residual(s: float) -> np.ndarray:
-        model.unknowns.set_local(taylor_sum(start, found, s))
+        model.unknowns.set_local(taylor_sum(start, terms, s))
         model.prescribe({name: controls[name] + s * rate for name, rate in rates.items()})
         model.assemble_equations(equations)
         return equations.array_r.copy()
@@ -189,11 +189,11 @@ def taylor_terms(
         first = model.unknowns.to_local(-solve(change))
         kept: list[np.ndarray] = []
         for near in (policy.near, policy.farther):
-            found = [first]  # what ``residual`` follows
+            terms = [first]  # what ``residual`` follows
             for order in range(2, policy.order + 1):
-                found.append(model.unknowns.to_local(-solve(difference(order, near))))
-            if not kept or _length(model, found[-1]) < _length(model, kept[-1]):
-                kept = found
+                terms.append(model.unknowns.to_local(-solve(difference(order, near))))
+            if not kept or _length(model, terms[-1]) < _length(model, kept[-1]):
+                kept = terms
             model.unknowns.set_local(start)
             if taylor_reach(model, kept, policy.falling) == 1.0 or not _admits(model, kept, policy):
                 break

@@ -41,25 +41,25 @@ class LineAngle(Reading):
         return self._summed(now)
 
     def _summed(self, nodal: np.ndarray) -> np.ndarray:
-        own = self._weights @ nodal[: len(self._weights)]
-        return np.asarray(self.model.comm.allreduce(own, MPI.SUM))
+        local = self._weights @ nodal[: len(self._weights)]
+        return np.asarray(self.model.comm.allreduce(local, MPI.SUM))
 
     def value(self) -> float:
         x, _, z = self._arm()
         return angle_deg(x, z)
 
     def gradient(self) -> np.ndarray:
-        found = Gradient(self.model.unknowns)
-        found.at_nodes[:, [0, 2]] += self._slopes()
-        return found.array
+        gradient = Gradient(self.model.unknowns)
+        gradient.at_nodes[:, [0, 2]] += self._slopes()
+        return gradient.array
 
     def _slopes(self) -> np.ndarray:
         """(n, 2) derivatives by x and z of this rank's owned nodes, at rest or displaced."""
         x, _, z = self._arm()
         return np.asarray(self._weights[:, None] * angle_slopes(x, z))
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
-        found.at_nodes[: len(self._weights), [0, 2]] += self._slopes()
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
+        gradient.at_nodes[: len(self._weights), [0, 2]] += self._slopes()
 
 
 def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -82,9 +82,9 @@ def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     else:
         shares[:] = 1.0
     first = sum(len(part) for part in every[: model.comm.rank])
-    found = np.zeros(len(nodes))
-    found[on_edge] = shares[first : first + len(on_edge)] / shares.sum()
-    return found
+    weights = np.zeros(len(nodes))
+    weights[on_edge] = shares[first : first + len(on_edge)] / shares.sum()
+    return weights
 
 
 def back_edge(model: Model, region: str) -> np.ndarray:
@@ -108,7 +108,7 @@ def back_edge(model: Model, region: str) -> np.ndarray:
     back = nodes[inside]
     z = back[back[:, 0] <= lowest + LEVEL * _extent(model), 2]
     nearest = model.comm.allgather(z[np.abs(z - middle).argmin()] if len(z) else np.inf)
-    level = min(nearest, key=lambda each: abs(each - middle))
+    level = min(nearest, key=lambda z: abs(z - middle))
     return edge(model, lambda x: np.hypot(x[:, 0] - lowest, x[:, 2] - level))
 
 
@@ -128,10 +128,10 @@ def point(model: Model, at: np.ndarray) -> np.ndarray | None:
     least = model.comm.allgather(float(distance.min(initial=np.inf)))
     if min(least) > NEAR * _extent(model):
         return None
-    found = np.zeros(len(nodes))
+    weights = np.zeros(len(nodes))
     if int(np.argmin(least)) == model.comm.rank:
-        found[distance.argmin()] = 1.0
-    return found
+        weights[distance.argmin()] = 1.0
+    return weights
 
 
 def _extent(model: Model) -> float:

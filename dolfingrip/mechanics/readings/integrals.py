@@ -54,17 +54,17 @@ class OfIntegrals(Reading):
 
     def gradient(self) -> np.ndarray:
         self._weigh()
-        found = Gradient(self.model.unknowns)
-        found.fields[0][:] = owned_vector(self._by_displacement)
+        gradient = Gradient(self.model.unknowns)
+        gradient.fields[0][:] = owned_vector(self._by_displacement)
         for unknown in self.model.unknowns.global_unknowns:
-            found.add(unknown, self._to_constant(unknown.constant))
-        return found.array
+            gradient.add(unknown, self._to_constant(unknown.constant))
+        return gradient.array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         self._weigh()
         if self._by_coordinates is None:
-            self._by_coordinates = found.coordinates.compiled(self._weighed)
-        found.add_form(self._by_coordinates)
+            self._by_coordinates = gradient.coordinates.compiled(self._weighed)
+        gradient.add_form(self._by_coordinates)
 
     def _weigh(self) -> None:
         for weight, slope in zip(self._weights, self._slopes(self._values()), strict=True):

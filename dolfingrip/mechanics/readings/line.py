@@ -69,7 +69,7 @@ class BackLine:
         every = self._comm.allgather(nodes[self._own, 2])
         z = np.concatenate(every)
         self._order = np.argsort(z, kind="stable")
-        first = sum(len(each) for each in every[: self._comm.rank])
+        first = sum(len(part) for part in every[: self._comm.rank])
         self._rank = slice(first, first + len(self._own))
         self._degree = int(model.u.function_space.ufl_element().degree)
         covers = len(z) > 2 and np.ptp(z) > (1 - LEVEL) * length
@@ -86,37 +86,37 @@ class BackLine:
         middle = (z[:-2:2] + z[2::2]) / 2
         return bool(np.abs(z[1::2] - middle).max() > LEVEL * np.ptp(z))
 
-    def _gathered(self, own: Floats) -> Floats:
+    def _gathered(self, local: Floats) -> Floats:
         """Values at all nodes of the line in order, from those at this rank's."""
-        return np.asarray(np.concatenate(self._comm.allgather(own))[self._order])
+        return np.asarray(np.concatenate(self._comm.allgather(local))[self._order])
 
     def at(self, shares: Floats) -> _Places:
         """Places at parts of the line's length at rest, 0 at the clamp to 1 at the tip, (n,)."""
         u = self._model.u
-        rest = u.function_space.tabulate_dof_coordinates()[self._own][:, PLANE]
-        now = rest + u.x.array.reshape(-1, 3)[self._own][:, PLANE]
-        z, positions = self._gathered(rest[:, 1]), self._gathered(now)
+        rest_mm = u.function_space.tabulate_dof_coordinates()[self._own][:, PLANE]
+        now = rest_mm + u.x.array.reshape(-1, 3)[self._own][:, PLANE]
+        z, positions = self._gathered(rest_mm[:, 1]), self._gathered(now)
         places, degree = z[0] + shares * (z[-1] - z[0]), self._degree
         cell = np.clip(np.searchsorted(z[::degree], places, "right") - 1, 0, len(z) // degree - 1)
         weights, rates = np.zeros((2, len(places), len(z)))
         rows = np.arange(len(places))
         for i in range(degree + 1):
             others = [j for j in range(degree + 1) if j != i]
-            own = z[degree * cell + i]
-            parts = [(places - z[degree * cell + j]) / (own - z[degree * cell + j]) for j in others]
+            z_i = z[degree * cell + i]
+            parts = [(places - z[degree * cell + j]) / (z_i - z[degree * cell + j]) for j in others]
             weights[rows, degree * cell + i] = np.prod(parts, axis=0)
             rates[rows, degree * cell + i] = sum(
                 np.prod([parts[k] for k in range(degree) if k != n], axis=0)
-                / (own - z[degree * cell + j])
+                / (z_i - z[degree * cell + j])
                 for n, j in enumerate(others)
             )
         return _Places(weights @ positions, rates @ positions, weights)
 
     def own(self, at_nodes: Floats) -> Floats:
         """Rows of this rank's nodes, of values at all nodes in order."""
-        found = np.empty_like(at_nodes)
-        found[self._order] = at_nodes
-        return np.asarray(found[self._rank])
+        rows = np.empty_like(at_nodes)
+        rows[self._order] = at_nodes
+        return np.asarray(rows[self._rank])
 
     @property
     def rows(self) -> Floats:
@@ -162,9 +162,9 @@ class SideLine(BackLine):
     def at(self, shares: Floats) -> _Places:
         """Places of the points with these numbers, (n,)."""
         u = self._model.u
-        rest = u.function_space.tabulate_dof_coordinates()[self._own][:, PLANE]
-        positions = self._gathered(rest + u.x.array.reshape(-1, 3)[self._own][:, PLANE])
-        triangles, every = self._triangles(self._gathered(rest))
+        rest_mm = u.function_space.tabulate_dof_coordinates()[self._own][:, PLANE]
+        positions = self._gathered(rest_mm + u.x.array.reshape(-1, 3)[self._own][:, PLANE])
+        triangles, every = self._triangles(self._gathered(rest_mm))
         numbers = shares.astype(int)
         inside = every[numbers]
         turned, corners = triangles.transform[inside], triangles.simplices[inside]
@@ -201,12 +201,12 @@ class OfLine(Reading):
 
     def gradient(self) -> np.ndarray:
         here = self._line.at(self._shares)
-        found = Gradient(self.model.unknowns)
+        gradient = Gradient(self.model.unknowns)
         by_nodes = self._line.own(here.weights.T @ self._function(here.points)[1])
-        found.at_nodes[np.ix_(self._line.rows, PLANE)] += by_nodes
-        return found.array
+        gradient.at_nodes[np.ix_(self._line.rows, PLANE)] += by_nodes
+        return gradient.array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add derivatives by nodes' places at rest, at which places on the line are fixed."""
         here = self._line.at(self._shares)
         slopes = self._function(here.points)[1]
@@ -214,18 +214,18 @@ class OfLine(Reading):
         by_nodes = here.weights.T @ slopes
         by_nodes[:, 1] -= here.weights.T @ passed
         by_nodes[[0, -1], 1] += (1 - self._shares) @ passed, self._shares @ passed
-        found.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
+        gradient.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
 
 
 class OfSide(OfLine):
     """A number of the places of some points of the side, which are told by their places at rest."""
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add derivatives by nodes' places at rest, in which the points do not move."""
         here = self._line.at(self._shares)
         slopes = self._function(here.points)[1]
         by_nodes = here.weights.T @ (slopes - np.einsum("ni,nij->nj", slopes, here.along))
-        found.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
+        gradient.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
 
 
 def _coordinate(axis: int) -> Function:
@@ -279,10 +279,10 @@ class _Distances:
             after = np.cumsum(by_shares[::-1])[::-1][1:]  # of places beyond each step
             by_lengths = (after - by_shares @ shares) / along[-1]
             turned = (by_lengths / lengths)[:, None] * steps
-            found = slopes.copy()
-            found[1:] += turned
-            found[:-1] -= turned
-            return found
+            derivatives = slopes.copy()
+            derivatives[1:] += turned
+            derivatives[:-1] -= turned
+            return derivatives
 
         return points - target.at(shares), by_places
 
@@ -340,7 +340,7 @@ def of_line(
     """
     if not markers and curve is None:
         return []
-    found: list[Reading] = []
+    readings: list[Reading] = []
     kind: type[OfLine] = OfLine
     if isinstance(markers, int):
         count, line = markers, BackLine(model)
@@ -351,12 +351,12 @@ def of_line(
     for i, share in enumerate(shares, 1):
         for axis, letter in enumerate("xz"):
             name = marker(i, letter).name
-            found.append(kind(line, model, name, np.array([share]), _coordinate(axis)))
+            readings.append(kind(line, model, name, np.array([share]), _coordinate(axis)))
     for i in range(2, count):
         name = curvature(i).name
-        found.append(kind(line, model, name, shares[i - 2 : i + 1], _curvature))
+        readings.append(kind(line, model, name, shares[i - 2 : i + 1], _curvature))
     if curve is not None:
         distances = _Distances(curve, model.controls[PRESSURE.name])
         back = BackLine(model)
-        found.append(OfLine(back, model, CURVE.name, distances.shares, distances.mean_square))
-    return found
+        readings.append(OfLine(back, model, CURVE.name, distances.shares, distances.mean_square))
+    return readings

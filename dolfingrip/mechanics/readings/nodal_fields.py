@@ -119,7 +119,7 @@ class Stress(NodalFields):
         self._parts = []
         for part in potential.solids:
             rule, cells = part.rule or potential.degree, part.cells
-            at = [AtPoints(each, mesh, rule, cells) for each in (f, part.stress, part.density)]
+            at = [AtPoints(expr, mesh, rule, cells) for expr in (f, part.stress, part.density)]
             carry = to_nodes(mesh.basix_cell(), rule, nodes.points)
             self._parts.append((at, carry, nodes.cells if cells is None else cells))
 
@@ -128,7 +128,7 @@ class Stress(NodalFields):
         stress: np.ndarray = np.zeros((*shape, 6))
         energy: np.ndarray = np.zeros(shape)
         for (gradient, second, density), carry, cells in self._parts:
-            f, s = (each.values().reshape(len(cells), -1, 3, 3) for each in (gradient, second))
+            f, s = (at.values().reshape(len(cells), -1, 3, 3) for at in (gradient, second))
             cauchy = f @ s @ f.swapaxes(-1, -2) / np.linalg.det(f)[..., None, None]
             stress[cells] += carry @ cauchy[(..., *SIX)]
             energy[cells] += density.values() @ carry.T
@@ -177,23 +177,23 @@ class ContactPressure(NodalFields):
 
     def at_vertices(self) -> tuple[np.ndarray, np.ndarray]:
         """(n,) pressures (MPa) at this rank's vertices, and (n, 3) oriented areas (mm²)."""
-        model, own = self._model, self._own
-        found = Gradient(model.unknowns)
+        model, nodes = self._model, self._own
+        gradient = Gradient(model.unknowns)
         for term in self._terms:
-            term.add_gradient(model.u.x.array, found)
+            term.add_gradient(model.u.x.array, gradient)
         forces = fem.Function(model.u.function_space)
-        owned = found.at_nodes
+        owned = gradient.at_nodes
         forces.x.array[: owned.size] = owned.ravel()
         forces.x.scatter_forward()
-        alone = forces.x.array.reshape(-1, 3) / own.shared
-        force = self._corners.sums(self._share.T @ alone[own.dofs])
+        alone = forces.x.array.reshape(-1, 3) / nodes.shared
+        force = self._corners.sums(self._share.T @ alone[nodes.dofs])
         areas = fem.assemble_vector(self._areas)
         areas.scatter_reverse(la.InsertMode.add)
         areas.scatter_forward()
         area = areas.array.reshape(-1, 3) * self._free
-        size, whole = (np.linalg.norm(each, axis=1) for each in (force, area))
+        size, area_mm2 = (np.linalg.norm(vectors, axis=1) for vectors in (force, area))
         ahead = (force * area).sum(axis=1) / np.where(size > 0, size, 1.0)
-        facing = np.maximum(ahead, LEAST_FACING * whole)
+        facing = np.maximum(ahead, LEAST_FACING * area_mm2)
         return size / np.where(facing > 0, facing, np.inf), area
 
     def values(self) -> Mapping[str, np.ndarray]:
@@ -220,10 +220,10 @@ class CavityPressure(NodalFields):
     def values(self) -> Mapping[str, np.ndarray]:
         if not self._walls:
             return {}
-        found = self._zeros.copy()
+        pressures = self._zeros.copy()
         for at, pressure in self._walls:
-            found[at] = pressure.value
-        return {INSIDE.array: found}
+            pressures[at] = pressure.value
+        return {INSIDE.array: pressures}
 
 
 def to_nodes(cell: basix.CellType, rule: int | Rule, nodes: np.ndarray) -> np.ndarray:

@@ -51,9 +51,9 @@ def _spread(area: float, force: float, square: float, lift: float) -> tuple[floa
     if not force:
         return 0.0, NONE
     ratio = area * square / force**2
-    found = math.sqrt(max(ratio - 1, np.finfo(float).tiny))
+    spread = math.sqrt(max(ratio - 1, np.finfo(float).tiny))
     slopes = square / force**2, -2 * ratio / force, area / force**2
-    return found, (slopes[0] / 2 / found, slopes[1] / 2 / found, slopes[2] / 2 / found, 0.0)
+    return spread, (slopes[0] / 2 / spread, slopes[1] / 2 / spread, slopes[2] / 2 / spread, 0.0)
 
 
 FUNCTIONS: Final[tuple[Function, ...]] = (
@@ -113,10 +113,10 @@ class OnObstacle(Reading):
         (area,) = self._sums(near.areas * _share(pressure / touching)[None])
         return near, *self._function(area, force, square, lift), touching
 
-    def _sums(self, each: np.ndarray) -> list[float]:
+    def _sums(self, rows: np.ndarray) -> list[float]:
         """Sums of rows over the points of all ranks, of the whole finger."""
-        found = self.model.comm.allreduce(each.sum(axis=1), MPI.SUM)
-        return (self.model.domain.copies * found).tolist()
+        sums = self.model.comm.allreduce(rows.sum(axis=1), MPI.SUM)
+        return (self.model.domain.copies * sums).tolist()
 
     def value(self) -> float:
         return self._here()[1]
@@ -128,8 +128,8 @@ class OnObstacle(Reading):
         pressure, (bears, turning) = -near.barrier.slope, self._bears(near)
         parts = np.clip(pressure / touching, 0, 1)
         rising = 6 * parts * (1 - parts)
-        each = near.areas * np.stack([pressure, pressure**2, rising * parts])
-        force, square, passed = self._sums(each)
+        integrands = near.areas * np.stack([pressure, pressure**2, rising * parts])
+        force, square, passed = self._sums(integrands)
         if force:  # what touches rises with the pressures
             by_force += by_area * passed / force
             by_square -= by_area * passed / square
@@ -143,14 +143,14 @@ class OnObstacle(Reading):
         return near.rows, densities, forces
 
     def gradient(self) -> np.ndarray:
-        found, points = Gradient(self.model.unknowns), self._contact.points
+        gradient, points = Gradient(self.model.unknowns), self._contact.points
         rows, _, forces = self._by_points()
-        found.at_nodes[points.nodes[rows]] += points.to_reference(forces, rows)
-        return found.array
+        gradient.at_nodes[points.nodes[rows]] += points.to_reference(forces, rows)
+        return gradient.array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         rows, densities, forces = self._by_points()
-        self._contact.points.add_shape_gradient(found, rows, densities, forces)
+        self._contact.points.add_shape_gradient(gradient, rows, densities, forces)
 
 
 def on_obstacle(model: Model, contact: RigidContact, friction: float) -> list[Reading]:
@@ -164,7 +164,7 @@ def on_obstacle(model: Model, contact: RigidContact, friction: float) -> list[Re
     Returns:
         One reading for each of :data:`~dolfingrip.channels.OBSTACLE`.
     """
-    each = zip(OBSTACLE, FUNCTIONS, strict=True)
+    pairs = zip(OBSTACLE, FUNCTIONS, strict=True)
     return [
-        OnObstacle(model, contact, channel.name, function, friction) for channel, function in each
+        OnObstacle(model, contact, channel.name, function, friction) for channel, function in pairs
     ]

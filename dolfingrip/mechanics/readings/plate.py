@@ -24,17 +24,17 @@ class PlateForce(Reading):
         return self._plate.force_N()
 
     def gradient(self) -> np.ndarray:
-        found, plate = Gradient(self.model.unknowns), self._plate
+        gradient, plate = Gradient(self.model.unknowns), self._plate
         dofs, copies = self.model.u.x.array, self.model.domain.copies
-        found.at_nodes[:] = copies * plate.pose_rate(dofs, plate.motion)
+        gradient.at_nodes[:] = copies * plate.pose_rate(dofs, plate.motion)
         by_pose = self.model.comm.allreduce(plate.motion @ plate.pose_curvature(dofs), MPI.SUM)
         for unknown in self.model.unknowns.global_unknowns:
-            found.add(unknown, copies * float(by_pose @ plate.pose.rate(unknown.constant)))
-        return found.array
+            gradient.add(unknown, copies * float(by_pose @ plate.pose.rate(unknown.constant)))
+        return gradient.array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
-        copies = float(self.model.domain.copies)
-        self._plate.add_load_shape_gradient(self.model.u.x.array, self._plate.motion, found, copies)
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
+        plate, copies = self._plate, float(self.model.domain.copies)
+        plate.add_load_shape_gradient(self.model.u.x.array, plate.motion, gradient, copies)
 
 
 class PlatePlace(Reading):
@@ -60,14 +60,14 @@ class PlatePlace(Reading):
         return points.nodes[rows], points.to_reference(normals, rows)
 
     def gradient(self) -> np.ndarray:
-        found = Gradient(self.model.unknowns)
+        gradient = Gradient(self.model.unknowns)
         nodes, shares = self._shares()
-        found.at_nodes[nodes] += shares
-        return found.array
+        gradient.at_nodes[nodes] += shares
+        return gradient.array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         nodes, shares = self._shares()
-        found.at_nodes[nodes] += shares
+        gradient.at_nodes[nodes] += shares
 
 
 class PlateGapReading(Reading):

@@ -35,21 +35,21 @@ class ControlValue(Reading):
         if not isinstance(self._control, Control):
             return None
         constant = self._control.constant
-        each = (one for one in self.model.unknowns.global_unknowns if one.constant is constant)
-        return next(each, None)
+        matches = (one for one in self.model.unknowns.global_unknowns if one.constant is constant)
+        return next(matches, None)
 
     def value(self) -> float:
         return float(self._control.value)
 
     def gradient(self) -> np.ndarray:
-        found = Gradient(self.model.unknowns)
+        gradient = Gradient(self.model.unknowns)
         unknown = self._unknown()
         if unknown is not None:
             assert isinstance(self._control, Control)
-            found.add(unknown, 1 / self._control.factor)
-        return found.array
+            gradient.add(unknown, 1 / self._control.factor)
+        return gradient.array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add nothing."""
 
 
@@ -67,5 +67,5 @@ class Time(Reading):
     def gradient(self) -> np.ndarray:
         return Gradient(self.model.unknowns).array
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add nothing."""

@@ -59,7 +59,7 @@ class Reading(ABC):
         """
         raise NotDifferentiable(f"{self.column} has no derivative: it is a smallest distance")
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add ∂g/∂X: derivatives by the reference coordinates at fixed unknowns, for each mm.
 
         Raises:
@@ -99,17 +99,17 @@ class FromRest(Reading):
             self._turned_at_rest_deg = self._turned_deg()
 
     def value(self) -> float:
-        found = self.raw.value() - self.zero
+        change = self.raw.value() - self.zero
         if self._turned_deg is not None:
             turned_deg = self._turned_deg() - self._turned_at_rest_deg
-            found += 360.0 * round((turned_deg - found) / 360.0)
-        return found
+            change += 360.0 * round((turned_deg - change) / 360.0)
+        return change
 
     def gradient(self) -> np.ndarray:
         return self.raw.gradient()
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
-        self.raw.add_shape_gradient(found)
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
+        self.raw.add_shape_gradient(gradient)
 
 
 def of_model(model: Model, *parts: Part) -> list[Reading]:
@@ -122,12 +122,12 @@ def of_model(model: Model, *parts: Part) -> list[Reading]:
     Returns:
         One reading for each of these channels that names a file of this package.
     """
-    found = []
+    readings = []
     for channel in read_of(*parts):
         if channel.reading:
             kind: Any = channel.reading
             if isinstance(kind, str):
                 kind = only_class(f"dolfingrip.mechanics.readings.{kind}", Reading)
             reading: Reading = kind(model)
-            found.append(FromRest(reading) if channel.from_rest else reading)
-    return found
+            readings.append(FromRest(reading) if channel.from_rest else reading)
+    return readings

@@ -38,8 +38,8 @@ class Slices:
         low, high = model.box_mm[:, 2]
         place = (SLICES * (self._at[:, 2] - low) / (high - low)).astype(int)
         self._slice = np.clip(place, 0, SLICES - 1)
-        count, rest = self._moments(np.zeros_like(self._at))
-        self._known = rest[:, 0, 0] + rest[:, 2, 2] > FLAT * count * (high - low) ** 2
+        count, at_rest = self._moments(np.zeros_like(self._at))
+        self._known = at_rest[:, 0, 0] + at_rest[:, 2, 2] > FLAT * count * (high - low) ** 2
         self._first_deg = 0.0
 
     def _moments(self, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -62,20 +62,20 @@ class Slices:
         """
         fits = self.fits()[self._known]
         cross, dot = fits[:, 2, 0] - fits[:, 0, 2], fits[:, 0, 0] + fits[:, 2, 2]
-        found = np.degrees(np.arctan2(cross, dot))
-        found[0] += 360.0 * round((self._first_deg - found[0]) / 360.0)
-        self._first_deg = float(found[0])
-        return np.asarray(np.unwrap(found, period=360.0))
+        turns_deg = np.degrees(np.arctan2(cross, dot))
+        turns_deg[0] += 360.0 * round((self._first_deg - turns_deg[0]) / 360.0)
+        self._first_deg = float(turns_deg[0])
+        return np.asarray(np.unwrap(turns_deg, period=360.0))
 
 
 def moments(
-    model: Model, rest: np.ndarray, moved: np.ndarray, group: np.ndarray, groups: int
+    model: Model, rest_mm: np.ndarray, moved: np.ndarray, group: np.ndarray, groups: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums over groups of nodes of all ranks.
 
     Args:
         model: that the nodes belong to.
-        rest, moved: (n, 3) places and displacements of this rank's nodes (mm).
+        rest_mm, moved: (n, 3) places and displacements of this rank's nodes (mm).
         group: (n,) group of each node.
         groups: their number g.
 
@@ -83,18 +83,18 @@ def moments(
         Numbers of nodes (g,), and (g, 3, 3) Σ x Xᵀ (mm²) about the means of the displaced and
         undeformed nodes.
     """
-    now = rest + moved
-    products = (now[:, :, None] * rest[:, None]).reshape(-1, 9)
-    each = np.column_stack([products, now, rest, np.ones(len(rest))])
-    local = np.array([np.bincount(group, values, groups) for values in each.T])
+    now = rest_mm + moved
+    products = (now[:, :, None] * rest_mm[:, None]).reshape(-1, 9)
+    columns = np.column_stack([products, now, rest_mm, np.ones(len(rest_mm))])
+    local = np.array([np.bincount(group, values, groups) for values in columns.T])
     total = np.asarray(model.comm.allreduce(local, MPI.SUM)).T
-    found, count = total[:, :9].reshape(-1, 3, 3), total[:, -1]
+    sums, count = total[:, :9].reshape(-1, 3, 3), total[:, -1]
     means = total[:, 9:15].reshape(-1, 2, 3)
     if model.domain.half:  # the image's parts along y have the other sign
         means[:, :, 1] = 0.0
-        found[:, 1, [0, 2]] = found[:, [0, 2], 1] = 0.0
+        sums[:, 1, [0, 2]] = sums[:, [0, 2], 1] = 0.0
     apart = means[:, 0, :, None] * means[:, 1, None] / np.maximum(count, 1)[:, None, None]
-    return count, found - apart
+    return count, sums - apart
 
 
 class TipRotation:
@@ -155,10 +155,10 @@ class TipRotation:
             return self._normal()
 
     def _normal(self) -> np.ndarray:
-        found = np.array([integral(form) for form in self._forms])
+        normal = np.array([integral(form) for form in self._forms])
         if self._model.domain.half:
-            found[1] = 0.0
-        return found / np.linalg.norm(found)
+            normal[1] = 0.0
+        return normal / np.linalg.norm(normal)
 
     def _face(self) -> np.ndarray:
         """(3, 3) rotation of the tip face from the undeformed one."""
@@ -177,9 +177,9 @@ class TipRotation:
     def _along(self) -> np.ndarray:
         """(3,) sum of the slices' rotation vectors (rad), each from the one before it."""
         turns = [_nearest(fit) for fit in self._slices.fits()]
-        known = [turn for turn in turns if turn is not None]
-        steps = [Rotation.from_matrix(b @ a.T) for a, b in pairwise(known)]
-        first = Rotation.from_matrix(known[0]).as_rotvec()
+        fitted = [turn for turn in turns if turn is not None]
+        steps = [Rotation.from_matrix(b @ a.T) for a, b in pairwise(fitted)]
+        first = Rotation.from_matrix(fitted[0]).as_rotvec()
         return np.asarray(first + sum((step.as_rotvec() for step in steps), np.zeros(3)))
 
 

@@ -45,11 +45,11 @@ class TransverseStrain(Reading):
         return self._apart(self.model.u.x.array.reshape(-1, 3)) / self._width_mm()
 
     def gradient(self) -> np.ndarray:
-        found = Gradient(self.model.unknowns)
+        gradient = Gradient(self.model.unknowns)
         width_mm = self._width_mm()
         for sign, nodes, count in self._weights():
-            found.at_nodes[nodes, AXIS] += sign / (count * width_mm)
-        return found.array
+            gradient.at_nodes[nodes, AXIS] += sign / (count * width_mm)
+        return gradient.array
 
 
 def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:

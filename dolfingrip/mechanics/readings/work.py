@@ -40,11 +40,11 @@ class PressureWork(Reading):
         stored = copies * self.model.gradient(supported=False)
         return np.asarray(stored + self._pressure_MPa * self._volume.gradient())
 
-    def add_shape_gradient(self, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         copies, pressure = float(self.model.domain.copies), self._pressure_MPa
-        own, enclosed = ShapeGradient(found.coordinates), ShapeGradient(found.coordinates)
+        stored, enclosed = ShapeGradient(gradient.coordinates), ShapeGradient(gradient.coordinates)
         for term in self.model.all_terms:
-            term.add_shape_gradient(self.model.u.x.array, own)
+            term.add_shape_gradient(self.model.u.x.array, stored)
         self._volume.add_shape_gradient(enclosed)
-        found.add(own, copies)
-        found.add(enclosed, pressure)
+        gradient.add(stored, copies)
+        gradient.add(enclosed, pressure)

@@ -43,8 +43,8 @@ class ShapeDerivative:
 
     def along(self, velocity: np.ndarray) -> float:
         """Derivative for a velocity (m, 3) of all points that this rank knows."""
-        own = float(np.vdot(self.owned, self.coordinates.owned_part(velocity)))
-        return float(self.coordinates.comm.allreduce(own, MPI.SUM))
+        local = float(np.vdot(self.owned, self.coordinates.owned_part(velocity)))
+        return float(self.coordinates.comm.allreduce(local, MPI.SUM))
 
     def plus(self, other: ShapeDerivative, factor: float = 1.0) -> ShapeDerivative:
         """The sum with ``factor`` times another number's derivatives."""
@@ -100,7 +100,7 @@ class Adjoint:
     def derivative(self, perturbation: Perturbation) -> float:
         """dg/dm, in the reading's unit for each unit of the parameter."""
         amount = CHANGE * perturbation.scale * perturbation.direction
-        once, twice = (self._change(perturbation, each) for each in (amount, 2 * amount))
+        once, twice = (self._change(perturbation, size) for size in (amount, 2 * amount))
         return (4 * once - twice) / (2 * amount)
 
     def by_coordinates(self, coordinates: Coordinates) -> ShapeDerivative:
@@ -118,22 +118,22 @@ class Adjoint:
         model = self._model
         if model.constraint is not None:
             raise NoShapeGradient("a clamp that moves: no derivative by coordinates")
-        own = ShapeGradient(coordinates)
-        self._reading.add_shape_gradient(own)
+        explicit = ShapeGradient(coordinates)
+        self._reading.add_shape_gradient(explicit)
         here, along = model.unknowns.local(), model.unknowns.to_local(self._adjoint)
         largest = model.comm.allreduce(float(np.abs(along).max(initial=0.0)), MPI.MAX)
         if largest == 0:
-            return ShapeDerivative(coordinates, own.owned)
+            return ShapeDerivative(coordinates, explicit.owned)
         amount = ALONG_MM / largest
         ends = []
         for sign in (1, -1):
             model.unknowns.set_local(here + sign * amount * along)
-            found = ShapeGradient(coordinates)
+            gradient = ShapeGradient(coordinates)
             for term in model.all_terms:
-                term.add_shape_gradient(model.u.x.array, found)
-            ends.append(found.owned)
+                term.add_shape_gradient(model.u.x.array, gradient)
+            ends.append(gradient.owned)
         model.restore(self._state)
-        return ShapeDerivative(coordinates, own.owned - (ends[0] - ends[1]) / (2 * amount))
+        return ShapeDerivative(coordinates, explicit.owned - (ends[0] - ends[1]) / (2 * amount))
 
     def _change(self, perturbation: Perturbation, amount: float) -> float:
         """Change of g − λ·R as the parameter changes by ``amount`` and the unknowns do not."""

@@ -62,12 +62,12 @@ class ForwardSensitivity:
         self._linear = linear
         self._perturbations = perturbations
         self._before: State | None = None
-        rest = model.unknowns.local()
+        unknowns = model.unknowns.local()
         self._derived: np.ndarray | None = None
         # With friction's pairs as an update at the solution finds them. Newton's method may hold
         # those of an earlier iterate, without a pair that has just come within the barrier.
         self._history: Mapping[str, np.ndarray] | None = None
-        self.changes = [Change(np.zeros_like(rest)) for _ in perturbations]
+        self.changes = [Change(np.zeros_like(unknowns)) for _ in perturbations]
 
     # -- along the path --------------------------------------------------------------------------
 
@@ -94,17 +94,17 @@ class ForwardSensitivity:
         if not state.history and not self._is_derived(here):
             self._advance(self._before or state)
         base = read()
-        found = []
+        derivatives = []
         lagged = self._model.lagged_state()
         step = RepeatedStep(self._model, state, state, here, self._history)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
                 step.begin(change, amount)
                 there = read()
-            found.append({name: (there[name] - base[name]) / amount for name in base})
+            derivatives.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
         self._model.restore_lagged(lagged)
-        return found
+        return derivatives
 
     def _is_derived(self, here: np.ndarray) -> bool:
         """Return whether the present derivatives belong to the unknowns ``here``, on all ranks."""
@@ -122,19 +122,19 @@ class ForwardSensitivity:
         self._derived = here
         solve = self._linear()
         start = step.at_end(model.gradient)
-        found = np.zeros((len(start), len(self._perturbations)), order="F")
-        each = list(self._each())
-        first, last = np.zeros(len(each)), np.full(len(each), np.inf)
+        derivatives = np.zeros((len(start), len(self._perturbations)), order="F")
+        perturbed = list(self._each())
+        first, last = np.zeros(len(perturbed)), np.full(len(perturbed), np.inf)
         exact = not lagged
-        due = np.arange(len(each))
+        due = np.arange(len(perturbed))
         for correction in range(1 if exact else CORRECTIONS):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
             for column, i in enumerate(due.tolist()):
-                along = model.unknowns.to_local(found[:, i])
-                moved = step.at_end(model.gradient, *each[i], along)
-                right[:, column] = (moved - start) / each[i][2]
+                along = model.unknowns.to_local(derivatives[:, i])
+                moved = step.at_end(model.gradient, *perturbed[i], along)
+                right[:, column] = (moved - start) / perturbed[i][2]
                 if not correction:
-                    found[:, i] = step.placed(each[i][2])
+                    derivatives[:, i] = step.placed(perturbed[i][2])
             size = np.sqrt(model.comm.allreduce(np.sum(right**2, axis=0), MPI.SUM))
             if not correction:
                 first = np.maximum(size, np.finfo(float).tiny)
@@ -145,10 +145,10 @@ class ForwardSensitivity:
             last[due] = size[remaining]
             if not len(due):
                 break
-            found[:, due] -= solve(np.asfortranarray(right))
+            derivatives[:, due] -= solve(np.asfortranarray(right))
         after = step.at_end(self._evolved) if before.history else {}
-        for i, (perturbation, change, amount) in enumerate(each):
-            unknowns = model.unknowns.to_local(found[:, i])
+        for i, (perturbation, change, amount) in enumerate(perturbed):
+            unknowns = model.unknowns.to_local(derivatives[:, i])
             if before.history:
                 there = step.at_end(self._evolved, perturbation, change, amount, unknowns)
                 change.history = {k: _rate(there[k], after[k], amount) for k in after}

@@ -164,22 +164,22 @@ class Page:
 def plain(value: Any) -> Any:
     """Data as JSON has it: no arrays, no NaN, floats of six digits."""
     if isinstance(value, np.ndarray):
-        return [plain(each) for each in value.tolist()]
+        return [plain(entry) for entry in value.tolist()]
     if isinstance(value, float | np.floating):
         return float(f"{value:.6g}") if np.isfinite(value) else None
     if isinstance(value, np.integer):
         return int(value)
     if isinstance(value, dict):
-        return {key: plain(each) for key, each in value.items()}
+        return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
+        return [plain(entry) for entry in value]
     return value
 
 
 def as_data(item: Any) -> dict[str, Any]:
     """A dataclass of this file as JSON has it."""
-    found: dict[str, Any] = plain(asdict(item))
-    return found
+    fields: dict[str, Any] = plain(asdict(item))
+    return fields
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,12 +228,12 @@ class Contribution(ABC):
     place: ClassVar[int]
 
     @abstractmethod
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
         """Add the results of these kinds to a page.
 
         Args:
             page: what it shows so far.
-            found: at least one result.
+            results: at least one result.
             given: what else it is made with.
 
         Returns:
@@ -244,6 +244,6 @@ class Contribution(ABC):
             ConfigError: one line, if its configuration cannot.
         """
 
-    def named(self, found: Sequence[FoundResult]) -> list[str]:
+    def named(self, results: Sequence[FoundResult]) -> list[str]:
         """The titles of these results' kinds."""
-        return [self.titles[each.kind] for each in found]
+        return [self.titles[result.kind] for result in results]

@@ -90,17 +90,17 @@ def parts(fields: Fields, name: str, *, clamped: bool) -> list[Part]:
         clamped: whether a block is drawn where it is held.
     """
     mesh = shown_mesh(fields)
-    whole = extract_skin(mesh, mirror=True)
-    found = []
-    if (whole.side < 0).any():
-        half = whole.part(whole.side > 0)
-        found.append(_part(fields, half, name, mirrored=True))
-        found.append(_part(fields, extract_skin(mesh, cut=True), name, section=True))
+    skin = extract_skin(mesh, mirror=True)
+    pieces = []
+    if (skin.side < 0).any():
+        half = skin.part(skin.side > 0)
+        pieces.append(_part(fields, half, name, mirrored=True))
+        pieces.append(_part(fields, extract_skin(mesh, cut=True), name, section=True))
     else:
-        found.append(_part(fields, whole, name, cut=True))
+        pieces.append(_part(fields, skin, name, cut=True))
     if clamped:
-        found.append(block("clamp", *clamp(whole), np.eye(3), np.zeros(3)))
-    return found
+        pieces.append(block("clamp", *clamp(skin), np.eye(3), np.zeros(3)))
+    return pieces
 
 
 def unloaded_shape(config: Config) -> Scene:
@@ -116,14 +116,14 @@ def unloaded_shape(config: Config) -> Scene:
     corners = mesh.cells[:, : mesh.shape.corners]
     shape = FieldMesh(mesh.points, corners, np.arange(len(mesh.points)))
     still = Fields(shape, [np.zeros_like(shape.points)], {}, np.zeros(1, dtype=np.int64))
-    found = parts(still, "design", clamped=False)
+    pieces = parts(still, "design", clamped=False)
     load = Load("", "", np.zeros(1), [""], still.rows)
-    return Scene("design", "Shape of the design", "design", found, load, towards(FINGER_VIEW))
+    return Scene("design", "Shape of the design", "design", pieces, load, towards(FINGER_VIEW))
 
 
 def _part(fields: Fields, skin: Skin, name: str, **kind: Any) -> Part:
-    frames = [skin.points, *(skin.move(each) for each in fields.displacements)]
-    further = {k: np.array([each[skin.node] for each in v]) for k, v in fields.further.items()}
+    frames = [skin.points, *(skin.move(displacement) for displacement in fields.displacements)]
+    further = {k: np.array([step[skin.node] for step in v]) for k, v in fields.further.items()}
     return Part(name, skin, np.array(frames) * UPRIGHT, fields=further, **kind)
 
 

@@ -48,11 +48,11 @@ class Loop:
     campaigns: Sequence[CampaignFile] = ()
 
     @classmethod
-    def of(cls, found: Sequence[FoundResult]) -> Loop:
+    def of(cls, results: Sequence[FoundResult]) -> Loop:
         """Read a design loop.
 
         Args:
-            found: results; the first of a kind counts.
+            results: results; the first of a kind counts.
 
         Returns:
             What is known of it.
@@ -61,7 +61,7 @@ class Loop:
             ResultFileError: one line, if a result cannot be read.
         """
         trained, chosen, campaigns = (
-            [each.folder for each in found if each.kind == kind]
+            [result.folder for result in results if result.kind == kind]
             for kind in ("train", "optimise", "doe")
         )
         return cls(
@@ -74,7 +74,7 @@ class Loop:
     @property
     def designs(self) -> list[CampaignDesign]:
         """The designs of all campaigns."""
-        return [each for campaign in self.campaigns for each in campaign.designs]
+        return [design for campaign in self.campaigns for design in campaign.designs]
 
     @property
     def errors(self) -> Mapping[str, float]:
@@ -104,24 +104,24 @@ def front(loop: Loop, most_shapes: int = SHAPES) -> Front | None:
     Returns:
         The front with the shapes of its designs.
     """
-    found = [*_chosen(loop.optimum), *_along(loop.optimum), *_computed(loop)]
-    outputs = list(loop.learnt.outputs) if loop.learnt else _outputs(found)
-    if len(outputs) < 2 or not found:
+    designs = [*_chosen(loop.optimum), *_along(loop.optimum), *_computed(loop)]
+    outputs = list(loop.learnt.outputs) if loop.learnt else _outputs(designs)
+    if len(outputs) < 2 or not designs:
         return None
     across, up = outputs[:2]
     if loop.optimum is not None:
-        across, up = (each.title for each in loop.optimum.objectives)
+        across, up = (objective.title for objective in loop.optimum.objectives)
     errors = loop.errors
     shapes = _Shapes(base_of(loop), most_shapes)
     points = []
-    for each in found:
-        values = {**each.predicted, **each.computed}
+    for design in designs:
+        values = {**design.predicted, **design.computed}
         if across not in values or up not in values:
             continue
         points.append(
             FrontPoint(
-                each.label, values[across], values[up], each.group,
-                _rows(each, outputs, errors), shapes.of(each.inputs), each.inputs,
+                design.label, values[across], values[up], design.group,
+                _rows(design, outputs, errors), shapes.of(design.inputs), design.inputs,
             )
         )  # fmt: skip
     if not points:
@@ -130,7 +130,7 @@ def front(loop: Loop, most_shapes: int = SHAPES) -> Front | None:
     start = next((i for i, p in enumerate(points) if p.group == "chosen"), 0)
     return Front(
         "Designs", _axis(across), _axis(up), points, line, shapes.packed, start,
-        _said(found, errors, shapes),
+        _said(designs, errors, shapes),
     )  # fmt: skip
 
 
@@ -203,10 +203,10 @@ def _chosen(optimum: OptimumFile | None) -> list[_Design]:
         return []
     limited = optimum.objectives[0]
     words = label(limited.name).partition(" (")[0]
-    found = []
+    designs = []
     for one in optimum.designs:
         limit = "" if one.limit is None else f", {words} ≤ {said(one.limit, limited.unit)}"
-        found.append(
+        designs.append(
             _Design(
                 one.role.capitalize() + limit,
                 "original" if one.role == "original" else "chosen",
@@ -216,7 +216,7 @@ def _chosen(optimum: OptimumFile | None) -> list[_Design]:
                 one.failure,
             )
         )
-    return found
+    return designs
 
 
 def _along(optimum: OptimumFile | None) -> list[_Design]:
@@ -224,14 +224,14 @@ def _along(optimum: OptimumFile | None) -> list[_Design]:
     points = () if optimum is None else optimum.front
     keep = np.unique(np.linspace(0, len(points) - 1, min(ALONG, len(points))).round())
     return [
-        _Design(f"Front {number} of {len(keep)}", "front", each.inputs, each.surrogate)
-        for number, each in enumerate([points[int(i)] for i in keep], 1)
+        _Design(f"Front {number} of {len(keep)}", "front", point.inputs, point.surrogate)
+        for number, point in enumerate([points[int(i)] for i in keep], 1)
     ]
 
 
 def _computed(loop: Loop) -> list[_Design]:
     """Designs of experiments that were computed."""
-    done = [(each.inputs, each.outputs) for each in loop.designs if each.outputs]
+    done = [(design.inputs, design.outputs) for design in loop.designs if design.outputs]
     if done:
         keep = np.unique(np.linspace(0, len(done) - 1, min(DESIGNS, len(done))).astype(int))
         return [_Design(f"Design {i + 1}", "design", done[i][0], {}, done[i][1]) for i in keep]
@@ -239,8 +239,8 @@ def _computed(loop: Loop) -> list[_Design]:
     if loop.learnt is not None and loop.surrogate is not None:
         learnt = loop.learnt.designs(loop.surrogate)
     return [
-        _Design(f"Design {number}", "design", each.inputs, each.predicted, each.outputs)
-        for number, each in enumerate(learnt[:DESIGNS], 1)
+        _Design(f"Design {number}", "design", design.inputs, design.predicted, design.outputs)
+        for number, design in enumerate(learnt[:DESIGNS], 1)
     ]
 
 
@@ -252,18 +252,18 @@ def _rows(
     design: _Design, outputs: Sequence[str], errors: Mapping[str, float]
 ) -> list[tuple[str, str]]:
     """Parameters and outputs of a design, the surrogate's with its error on designs held out."""
-    found = [(label(name), said(value)) for name, value in design.inputs.items()]
+    rows = [(label(name), said(value)) for name, value in design.inputs.items()]
     for name in outputs:
         error = errors.get(name)
         if name in design.computed:
-            found.append((f"{label(name)}, finite elements", said(design.computed[name])))
+            rows.append((f"{label(name)}, finite elements", said(design.computed[name])))
         if name in design.predicted:
             value = design.predicted[name]
-            told = said(value) if error is None else with_error(value, error)
-            found.append((f"{label(name)}, surrogate", told))
+            text = said(value) if error is None else with_error(value, error)
+            rows.append((f"{label(name)}, surrogate", text))
     if design.failure:
-        found.append(("Finite elements", f"failed: {design.failure}"))
-    return found
+        rows.append(("Finite elements", f"failed: {design.failure}"))
+    return rows
 
 
 def _axis(name: str) -> Axis:
@@ -274,22 +274,22 @@ def _line(
     optimum: OptimumFile | None, across: str, up: str
 ) -> tuple[list[float], list[float]] | None:
     points = () if optimum is None else optimum.front
-    values = [each.surrogate for each in points if {across, up} <= set(each.surrogate)]
+    values = [point.surrogate for point in points if {across, up} <= set(point.surrogate)]
     if not values:
         return None
-    values.sort(key=lambda each: each[across])
+    values.sort(key=lambda point: point[across])
     return [float(f"{v[across]:.6g}") for v in values], [float(f"{v[up]:.6g}") for v in values]
 
 
 def _said(designs: Sequence[_Design], errors: Mapping[str, float], shapes: _Shapes) -> list[str]:
     count = sum(design.group == "design" for design in designs)
-    found = [f"{count} designs were computed. Point at one, or reach it with the Tab key."]
+    notes = [f"{count} designs were computed. Point at one, or reach it with the Tab key."]
     if errors:
-        told = ", ".join(f"{label(name)} {said(error)}" for name, error in errors.items())
-        found.append(f"± is the surrogate's root mean square error on designs held out: {told}.")
+        rms = ", ".join(f"{label(name)} {said(error)}" for name, error in errors.items())
+        notes.append(f"± is the surrogate's root mean square error on designs held out: {rms}.")
     if shapes.packed:
         text = "Shapes are drawn without load."
         if shapes.missed:
             text += f" {shapes.missed} designs are shown without a shape."
-        found.append(text)
-    return found
+        notes.append(text)
+    return notes

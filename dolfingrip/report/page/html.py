@@ -66,7 +66,7 @@ def rendered(page: Page) -> str:
     scripts = [script("vendor.js"), script("report.js")]
     style = asset("report.css")
     every = [*page.charts, *(chart for part in page.diagnoses for chart in part.charts)]
-    charts = [{"id": f"chart-{i}", **each} for i, each in enumerate(charts_data(every))]
+    charts = [{"id": f"chart-{i}", **drawing} for i, drawing in enumerate(charts_data(every))]
     return (
         templates()
         .get_template("report.html.j2")
@@ -77,7 +77,7 @@ def rendered(page: Page) -> str:
             version=__version__,
             policy=content_policy(scripts, style),
             style=Markup(style),
-            scripts=[Markup(each) for each in scripts],
+            scripts=[Markup(text) for text in scripts],
             data=Markup(json_text(_data(page, charts))),
             licences=licences("report.js"),
             stills=[(alt, _image(content)) for alt, content in page.stills],
@@ -90,7 +90,7 @@ def rendered(page: Page) -> str:
 def templates(*packages: str) -> Environment:
     """Templates of these packages and of this one; what they print is escaped."""
     return Environment(
-        loader=ChoiceLoader([PackageLoader(each, "templates") for each in (*packages, PACKAGE)]),
+        loader=ChoiceLoader([PackageLoader(name, "templates") for name in (*packages, PACKAGE)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -108,14 +108,14 @@ def licences(script: str) -> list[Licence]:
         The licences, with name and version of each part.
     """
     facts = json.loads(asset("bundle.json"))
-    own = asset("gpl-3.0.txt")
+    gpl = asset("gpl-3.0.txt")
     return [
         Licence(
             part["name"],
             part["version"] or __version__,
             part["licence"],
             part["sha256"],
-            part["licence_text"] or own,
+            part["licence_text"] or gpl,
         )
         for part in facts["parts"]
         if part["file"] in ("vendor.js", script)
@@ -132,27 +132,27 @@ def charts_data(charts: Sequence[Chart]) -> list[dict[str, Any]]:
         Their plain data with colours, and a table of the numbers of those that are no drawing.
     """
     return [
-        {**_chart_data(each), "table": None if each.equal else as_data(table(each))}
-        for each in charts
+        {**_chart_data(chart), "table": None if chart.equal else as_data(table(chart))}
+        for chart in charts
     ]
 
 
 def _chart_data(chart: Chart) -> dict[str, Any]:
     free = iter(
-        [each for each in COLOURS if each not in {NAMED.get(s.colour) for s in chart.series}] * 9
+        [key for key in COLOURS if key not in {NAMED.get(s.colour) for s in chart.series}] * 9
     )
     colour, name, series = "ink", "", []
-    for each in chart.series:
-        if each.colour or each.name:  # else it belongs to the one before it
-            name = each.name or name
-            colour = NAMED[each.colour] if each.colour else next(free)
+    for line in chart.series:
+        if line.colour or line.name:  # else it belongs to the one before it
+            name = line.name or name
+            colour = NAMED[line.colour] if line.colour else next(free)
         series.append(
             {
-                "name": name, "key": bool(each.name), "colour": colour, "scene": each.scene,
-                "dots": each.style == "points" or bool(each.marker) or each.branches is not None,
-                "style": STYLES[each.style], "x": _scaled(each.x, chart.x),
-                "y": _scaled(each.y, chart.y), "low": _scaled(each.low, chart.y),
-                "high": _scaled(each.high, chart.y),
+                "name": name, "key": bool(line.name), "colour": colour, "scene": line.scene,
+                "dots": line.style == "points" or bool(line.marker) or line.branches is not None,
+                "style": STYLES[line.style], "x": _scaled(line.x, chart.x),
+                "y": _scaled(line.y, chart.y), "low": _scaled(line.low, chart.y),
+                "high": _scaled(line.high, chart.y),
             }
         )  # fmt: skip
     data: dict[str, Any] = plain(
@@ -166,9 +166,9 @@ def _chart_data(chart: Chart) -> dict[str, Any]:
             "y": _axis(chart.y),
             "series": series,
             "limits": [
-                {"y": _scaled([each.at], chart.y)[0], "label": each.label}
-                for each in chart.marks
-                if each.axis == "y"
+                {"y": _scaled([mark.at], chart.y)[0], "label": mark.label}
+                for mark in chart.marks
+                if mark.axis == "y"
             ],
         }
     )
@@ -200,19 +200,19 @@ def table(chart: Chart) -> TextTable:
     """
     headings: list[str] = []
     columns: list[list[str]] = []
-    known: Numbers = []
+    x: Numbers = []
     below = chart.below
-    shown = [(each, chart.y) for each in chart.series]
-    shown += [(each, below.y) for each in below.series] if below else []
-    for each, up in shown:
-        if len(known) != len(each.x) or not np.allclose(known, each.x, equal_nan=True):
-            known = each.x
+    shown = [(curve, chart.y) for curve in chart.series]
+    shown += [(curve, below.y) for curve in below.series] if below else []
+    for curve, up in shown:
+        if len(x) != len(curve.x) or not np.allclose(x, curve.x, equal_nan=True):
+            x = curve.x
             headings.append(chart.x.label)
-            columns.append([said(float(value)) for value in known])
+            columns.append([said(float(value)) for value in x])
         unit = f" ({up.unit})" if up.unit else ""
-        name = f"{each.name}, {up.short}" if below and up is below.y else each.name
-        headings.append(f"{name}{unit}" if each.name else up.label)
-        columns.append([said(float(value)) for value in each.y])
+        name = f"{curve.name}, {up.short}" if below and up is below.y else curve.name
+        headings.append(f"{name}{unit}" if curve.name else up.label)
+        columns.append([said(float(value)) for value in curve.y])
     return TextTable(headings, list(zip_longest(*columns, fillvalue="")))
 
 
@@ -225,13 +225,13 @@ def bars(chart: Chart) -> list[dict[str, Any]]:
     Returns:
         Name, length as a part of 1, and text of each bar, in the order of the names.
     """
-    found = []
-    for each in chart.series:
-        for place, length, text in zip(each.y, each.x, each.said, strict=True):
-            found.append(
+    placed = []
+    for series in chart.series:
+        for place, length, text in zip(series.y, series.x, series.said, strict=True):
+            placed.append(
                 (place, {"name": chart.y.names[int(place)], "share": length, "said": text})
             )
-    return [each for _, each in sorted(found, key=lambda pair: pair[0])]
+    return [bar for _, bar in sorted(placed, key=lambda pair: pair[0])]
 
 
 def _data(page: Page, charts: list[dict[str, Any]]) -> dict[str, Any]:
@@ -250,10 +250,10 @@ def front_data(front: Front) -> dict[str, Any]:
         Plain data.
     """
     models = list(front.models)  # packed already
-    found = as_data(replace(front, models=[]))
-    line = found["line"]
+    content = as_data(replace(front, models=[]))
+    line = content["line"]
     return {
-        **found,
+        **content,
         "models": models,
         "line": None if line is None else {"x": line[0], "y": line[1]},
         "alt": front.title,
@@ -311,7 +311,7 @@ def content_policy(scripts: list[str], style: str, connect: str = "'none'") -> s
 
     def hashes(texts: list[str]) -> str:
         digests = (hashlib.sha256(text.encode("utf-8")).digest() for text in texts)
-        return " ".join(f"'sha256-{base64.b64encode(each).decode()}'" for each in digests)
+        return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
 
     return (
         f"default-src 'none'; script-src {hashes(scripts)}; style-src {hashes([style])}; "

@@ -33,16 +33,16 @@ def of_runs(runs: Sequence[Run], fields: dict[int, Fields]) -> list[KeyNumber]:
     Returns:
         Numbers of the first run of each experiment.
     """
-    found: list[KeyNumber] = []
+    numbers: list[KeyNumber] = []
     seen: set[str] = set()
     for place, run in enumerate(runs):
         if run.experiment.name in seen:
             continue
         seen.add(run.experiment.name)
-        found += OWN.get(run.experiment.name, _main)(run)
+        numbers += OWN.get(run.experiment.name, _main)(run)
         if run.experiment.name != "grasp":
-            found += _stretch(run, fields.get(place), {each.name for each in found})
-    return found
+            numbers += _stretch(run, fields.get(place), {number.name for number in numbers})
+    return numbers
 
 
 def summary(checks: Sequence[Check]) -> list[KeyNumber]:
@@ -91,8 +91,8 @@ def _main(run: Run) -> list[KeyNumber]:
     name = channel.title if channel else curve.label
     value = said(float(y[row]), channel.symbol if channel else "")
     verdict, words = _verdict(run)
-    found = [_at(run, row), *_band(run, curve.column, row), words]
-    return [KeyNumber(name, value, "pass" if verdict == "pass" else "fail", ", ".join(found))]
+    remarks = [_at(run, row), *_band(run, curve.column, row), words]
+    return [KeyNumber(name, value, "pass" if verdict == "pass" else "fail", ", ".join(remarks))]
 
 
 def _band(run: Run, column: str, row: int) -> list[str]:
@@ -104,41 +104,41 @@ def _band(run: Run, column: str, row: int) -> list[str]:
 
 
 def _bending(run: Run) -> list[KeyNumber]:
-    found = _main(run)
+    shown = _main(run)
     chord = run.column(CHORD_ANGLE.name)
-    if chord is not None and run.column(ANGLE.name) is not None and not found:
-        found = [KeyNumber(CHORD_ANGLE.title, said(float(chord[-1]), "°"), "", _at(run, -1))]
-    return found
+    if chord is not None and run.column(ANGLE.name) is not None and not shown:
+        shown = [KeyNumber(CHORD_ANGLE.title, said(float(chord[-1]), "°"), "", _at(run, -1))]
+    return shown
 
 
 def _blocked(run: Run) -> list[KeyNumber]:
-    found = _main(run)
-    found = [KeyNumber(f"Blocked {FORCE.title.lower()}", e.value, e.verdict, e.said) for e in found]
+    shown = _main(run)
+    shown = [KeyNumber(f"Blocked {FORCE.title.lower()}", e.value, e.verdict, e.said) for e in shown]
     turn = run.result.turning_point
     if turn:
         value = said(turn.pressure_kPa, "kPa")
-        found.append(KeyNumber("Force turns steeper", value, "", f"turning point; {turn.touch}"))
-    return found
+        shown.append(KeyNumber("Force turns steeper", value, "", f"turning point; {turn.touch}"))
+    return shown
 
 
 def _grasp(run: Run) -> list[KeyNumber]:
     outcome = run.result.outcome
     kind, words = ("unknown", "") if outcome is None else (outcome.kind, outcome.sentence)
     good = kind == GraspKind.PICKED_UP
-    found = [KeyNumber("Grasp", kind, "pass" if good else "fail", words)]
+    shown = [KeyNumber("Grasp", kind, "pass" if good else "fail", words)]
     for name, title in (("normal_A_N", "Thumb's normal force"), ("slip_mm", "Slip")):
         y = run.column(name)
         if y is not None:
             unit = name.rpartition("_")[2]
-            found.append(KeyNumber(title, said(float(y[-1]), unit), "", "at the end"))
-    return found
+            shown.append(KeyNumber(title, said(float(y[-1]), unit), "", "at the end"))
+    return shown
 
 
 def _stretch(run: Run, fields: Fields | None, there: set[str]) -> list[KeyNumber]:
     name = "Largest stretch"
     if fields is None or STRETCH.name not in fields.further or name in there:
         return []
-    most = max(float(each.max()) for each in fields.further[STRETCH.name])
+    most = max(float(step.max()) for step in fields.further[STRETCH.name])
     if run.result.config.material.law != PRINTED:
         return [KeyNumber(name, said(most), "", "at a node, over all steps")]
     good = most <= STRETCH_LIMIT

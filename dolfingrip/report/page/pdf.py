@@ -24,14 +24,14 @@ LIMIT_S: Final = 180.0
 
 def chromium() -> str | None:
     """Path of a Chromium, the machine's or Playwright's; None if there is none."""
-    found = next((path for name in NAMES if (path := shutil.which(name))), None)
-    if found is None and find_spec("playwright"):
+    program = next((path for name in NAMES if (path := shutil.which(name))), None)
+    if program is None and find_spec("playwright"):
         from playwright.sync_api import sync_playwright
 
         with sync_playwright() as playwright:
             path = playwright.chromium.executable_path
-        found = path if Path(path).exists() else None
-    return found
+        program = path if Path(path).exists() else None
+    return program
 
 
 def browser(out: Path) -> str:
@@ -43,13 +43,13 @@ def browser(out: Path) -> str:
     Raises:
         ConfigError: one line, if there is none.
     """
-    found = chromium()
-    if found is None:
+    program = chromium()
+    if program is None:
         raise ConfigError(
             f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it; install it by: "
             "pip install playwright && playwright install chromium"
         )
-    return found
+    return program
 
 
 def print_page(page: Path, out: Path) -> Path:

@@ -65,12 +65,12 @@ def gripper_parts(folder: Path, config: Config, result: Columns) -> tuple[list[P
     up = np.array([0.0, 0.0, 1.0])
     places = np.array([moments[row].skin - up * moments[row].table_mm for row in rows])
     frames = np.concatenate([places[:1], places])
-    found = [_finger(skin, number, name, frames, fields) for number, name in enumerate(NAMES)]
+    parts = [_finger(skin, number, name, frames, fields) for number, name in enumerate(NAMES)]
     food = np.array([moments[row].food - up * moments[row].table_mm for row in rows])
     colour = config.food.shape.colour
-    found.append(food_part(body.surface, np.concatenate([food[:1], food]), colour))
-    found.append(table_part(np.concatenate([frames[0], food[0]])))
-    return [part for part in found if len(part.skin.triangles)], rows
+    parts.append(food_part(body.surface, np.concatenate([food[:1], food]), colour))
+    parts.append(table_part(np.concatenate([frames[0], food[0]])))
+    return [part for part in parts if len(part.skin.triangles)], rows
 
 
 def _finger(
@@ -80,7 +80,7 @@ def _finger(
     mine = skin.side == number
     return Part(
         name, replace(skin, points=frames[0]).part(mine), frames[:, mine],
-        fields={each: values[:, mine] for each, values in fields.items()}, cut=True,
+        fields={field: values[:, mine] for field, values in fields.items()}, cut=True,
     )  # fmt: skip
 
 
@@ -131,8 +131,8 @@ def _single(run: Run, fields: finger.Fields) -> Scene:
     parts = finger.parts(fields, name, clamped=clamped)
     others = Beside.of_run(run.result.config, run.result.plate)
     if others.plate is not None:
-        rest = fields.mesh.points
-        sizes, axes, centre = slab(rest.min(axis=0), rest.max(axis=0), others.plate)
+        at_rest = fields.mesh.points
+        sizes, axes, centre = slab(at_rest.min(axis=0), at_rest.max(axis=0), others.plate)
         sensor = finger.block("force sensor", -sizes, sizes * [0, 1, 1], axes, centre)
         parts.append(sensor)
     if clamped and others.food is not None:
@@ -143,11 +143,11 @@ def _single(run: Run, fields: finger.Fields) -> Scene:
 
 
 def _gripper(run: Run) -> Scene:
-    found, rows = gripper_parts(run.folder, run.result.config, run.result)
+    parts, rows = gripper_parts(run.folder, run.result.config, run.result)
     outcome = "" if run.result.outcome is None else run.result.outcome.kind
     alt = f"{run.title}: three fingers, food and table in 3D; {outcome}"
     return Scene(
-        run.title, alt, run.experiment.name, found, _load(run, rows), towards(GRIPPER_VIEW),
+        run.title, alt, run.experiment.name, parts, _load(run, rows), towards(GRIPPER_VIEW),
         axes=np.ones(3),
     )  # fmt: skip
 

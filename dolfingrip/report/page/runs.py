@@ -50,7 +50,7 @@ class Run:
     @property
     def branch(self) -> list[str]:
         """Branch of each row."""
-        return [str(each) for each in branches(self.result)]
+        return [str(name) for name in branches(self.result)]
 
     @property
     def fields(self) -> Path:
@@ -85,17 +85,17 @@ def read(folder: Path) -> Run:
 
 def titled(runs: Sequence[Run]) -> list[Run]:
     """The runs with titles that differ: those of one experiment also have their folder's name."""
-    found = []
+    named = []
     for run in runs:
-        alike = [each for each in runs if each.experiment.name == run.experiment.name]
+        alike = [other for other in runs if other.experiment.name == run.experiment.name]
         title = run.experiment.title
         if len(alike) > 1:
-            names = [each.folder.resolve().name for each in alike]
-            own = run.folder.resolve()
-            same = names.count(own.name) > 1
-            title = f"{title}, {own.parent.name}/{own.name}" if same else f"{title}, {own.name}"
-        found.append(Run(run.result, run.experiment, title))
-    return found
+            names = [other.folder.resolve().name for other in alike]
+            path = run.folder.resolve()
+            same = names.count(path.name) > 1
+            title = f"{title}, {path.parent.name}/{path.name}" if same else f"{title}, {path.name}"
+        named.append(Run(run.result, run.experiment, title))
+    return named
 
 
 def conditions(run: Run) -> str:

@@ -60,9 +60,9 @@ def pack_numbers(numbers: npt.NDArray[Any], stride: int = 1) -> dict[str, Any]:
     """
     rows, columns = numbers.shape
     kind = np.dtype("<u2" if numbers.dtype.itemsize <= 2 else "<u4")
-    whole = numbers.astype(kind)
-    left = whole.copy()
-    left[1:] -= whole[:-1]
+    unsigned = numbers.astype(kind)
+    left = unsigned.copy()
+    left[1:] -= unsigned[:-1]
     along = left.copy()
     along[:, stride:] -= left[:, :-stride]
     flat = along.ravel()
@@ -172,11 +172,11 @@ class Scene:
         names = dict.fromkeys(name for part in self.parts for name in part.fields)
         ends = {}
         for name in names:
-            known = [part.fields[name] for part in self.parts if name in part.fields]
-            ends[name] = [f(float(getattr(v, f.__name__)()) for v in known) for f in (min, max)]
+            arrays = [part.fields[name] for part in self.parts if name in part.fields]
+            ends[name] = [f(float(getattr(v, f.__name__)()) for v in arrays) for f in (min, max)]
         steps = len(self.load.values)
         values = self.load.values
-        found: dict[str, Any] = plain(
+        scene: dict[str, Any] = plain(
             {
                 "title": self.title,
                 "alt": self.alt,
@@ -196,7 +196,7 @@ class Scene:
                 },
             }
         )
-        return {**found, "parts": [_packed(part, ends) for part in self.parts]}
+        return {**scene, "parts": [_packed(part, ends) for part in self.parts]}
 
 
 def towards(view: View) -> Floats:
@@ -221,10 +221,10 @@ def shown_fields() -> dict[str, dict[str, Any]]:
     ramp = np.linspace(0, 1, 256)
     return {
         name: {
-            "label": each.title, "unit": each.unit, "least": each.least,
+            "label": field.title, "unit": field.unit, "least": field.least,
             "rgb": np.round(255 * colour_map(name)(ramp)[:, :3]).astype(int).ravel().tolist(),
         }
-        for name, each in FIELDS.items()
+        for name, field in FIELDS.items()
     }  # fmt: skip
 
 
@@ -237,7 +237,7 @@ def _packed(part: Part, ends: Mapping[str, list[float]]) -> dict[str, Any]:
     low, high = frames.min(axis=(0, 1)), frames.max(axis=(0, 1))
     steps = quantised(frames, low, high)
     count = len(source)
-    found: dict[str, Any] = plain(
+    packed: dict[str, Any] = plain(
         {
             "name": part.name,
             "colour": list(to_rgb(part.colour)) if part.colour else None,
@@ -248,13 +248,13 @@ def _packed(part: Part, ends: Mapping[str, list[float]]) -> dict[str, Any]:
             "frames": len(frames),
         }
     )
-    found["low"], found["high"] = low.tolist(), high.tolist()
-    found["triangles"] = pack_indices(triangles, count)
-    found["lines"] = pack_indices(first[skin.edges], count)
-    found["creases"] = pack_indices(first[skin.creases], count)
-    found["positions"] = pack_numbers(steps.reshape(len(frames), -1), 3)
-    found["fields"] = {
+    packed["low"], packed["high"] = low.tolist(), high.tolist()
+    packed["triangles"] = pack_indices(triangles, count)
+    packed["lines"] = pack_indices(first[skin.edges], count)
+    packed["creases"] = pack_indices(first[skin.creases], count)
+    packed["positions"] = pack_numbers(steps.reshape(len(frames), -1), 3)
+    packed["fields"] = {
         name: pack_numbers(quantised(values[:, source], ends[name][0], ends[name][1], COARSE))
         for name, values in part.fields.items()
     }
-    return found
+    return packed

@@ -53,7 +53,7 @@ def find(places: Sequence[Path]) -> list[FoundResult]:
     Raises:
         ConfigError: one line that names a folder without results.
     """
-    found: dict[Path, FoundResult] = {}
+    by_folder: dict[Path, FoundResult] = {}
     for place in places:
         if not place.exists():
             raise ConfigError(f"RUN {place}: no such folder; allowed: a folder with results")
@@ -61,9 +61,9 @@ def find(places: Sequence[Path]) -> list[FoundResult]:
         if not inside:
             files = ", ".join(MARKS.values())
             raise ConfigError(f"RUN {place}: no results in it; allowed: a folder with {files}")
-        for each in inside:
-            found.setdefault(each.folder.resolve(), each)
-    return list(found.values())
+        for result in inside:
+            by_folder.setdefault(result.folder.resolve(), result)
+    return list(by_folder.values())
 
 
 def kind_of(folder: Path) -> str | None:
@@ -75,21 +75,21 @@ def _below(folder: Path, depth: int) -> Iterator[FoundResult]:
     kind = kind_of(folder)
     if kind is not None:
         yield FoundResult(kind, folder)
-        for name in next(each.inside for each in CONTRIBUTIONS if kind in each.marks):
-            if (own := kind_of(folder / name)) is not None:
-                yield FoundResult(own, folder / name, inside=True)
+        for name in next(c.inside for c in CONTRIBUTIONS if kind in c.marks):
+            if (inner := kind_of(folder / name)) is not None:
+                yield FoundResult(inner, folder / name, inside=True)
         return
     if depth < DEEPEST:
         inside = (path for path in folder.iterdir() if path.is_dir() and path.name != EXPLORED)
-        for each in sorted(inside):
-            yield from _below(each, depth + 1)
+        for child in sorted(inside):
+            yield from _below(child, depth + 1)
 
 
-def build(found: Sequence[FoundResult], given: Given | None = None, title: str = "") -> Page:
+def build(results: Sequence[FoundResult], given: Given | None = None, title: str = "") -> Page:
     """Gather everything on the page of these results.
 
     Args:
-        found: folders with results, at least one.
+        results: folders with results, at least one.
         given: what else it is made with; None: nothing.
         title: of the page; "": made of the results.
 
@@ -101,10 +101,10 @@ def build(found: Sequence[FoundResult], given: Given | None = None, title: str =
         ConfigError: one line, if its configuration cannot.
     """
     page, names = Page(title), []
-    for each in CONTRIBUTIONS:
-        own = [result for result in found if result.kind in each.marks]
-        if own:
-            names += each.add(page, own, given or Given())
+    for contribution in CONTRIBUTIONS:
+        of_kind = [result for result in results if result.kind in contribution.marks]
+        if of_kind:
+            names += contribution.add(page, of_kind, given or Given())
     page.checks.sort(key=lambda check: ("fail", "open", "", "pass").index(check.verdict))
     checked = summary(page.checks)
     page.numbers = page.numbers[: MOST - len(checked)] + checked

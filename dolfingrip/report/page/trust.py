@@ -81,11 +81,11 @@ def strain_energy_mJ(config: Config, mesh: FieldMesh, displacement: Floats) -> f
     material = config.material
     if material.volumetric(1.0, 0.0) > 0:
         logarithms -= ratio[..., None] / 3
-    found = material.energy(material.constants(), OfStretches(np.moveaxis(logarithms, -1, 0))).f
+    energy = material.energy(material.constants(), OfStretches(np.moveaxis(logarithms, -1, 0))).f
     if not material.volumetric(1.0, 0.0) > 0:  # a law of I₁ itself leaves λ alone to the volume
-        found -= material.shear_MPa * ratio
+        energy -= material.shear_MPa * ratio
     bulk = material.volumetric(material.shear_MPa, material.lmbda_MPa)
-    return float((volumes * (found + bulk / 2 * ratio**2)).sum())
+    return float((volumes * (energy + bulk / 2 * ratio**2)).sum())
 
 
 def balance(run: Run, fields: Fields) -> float | str:
@@ -150,28 +150,28 @@ def checks(
         finer: for a run on a coarse mesh, the place of the one on the finest mesh.
         measured: readings of an instrument.
     """
-    found = []
+    rows = []
     for place, run in enumerate(runs):
-        found.append(_ended(run))
+        rows.append(_ended(run))
         if place not in finer.values():
-            found.append(_mesh(run, runs[finer[place]] if place in finer else None))
-        found += [
+            rows.append(_mesh(run, runs[finer[place]] if place in finer else None))
+        rows += [
             Check(f"{run.title}: {doubt.title}", "–", "no doubt", "fail", doubt.sentence)
             for doubt in doubts.of_run(run.result, run.result.facts.mesh.single_walls)
         ]
         if isinstance(run.result.config.geometry, AdoptedGeometry):
             linear = run.result.config.solver.element == "P1"
-            found += _adopted(run.title, run.result.config.geometry, linear=linear)
-        own = fields.get(place)
+            rows += _adopted(run.title, run.result.config.geometry, linear=linear)
+        run_fields = fields.get(place)
         if run.column("energy_error_mJ") is not None:
-            found.append(_balance_of_grasp(run))
-        elif own is not None:
-            found.append(_balance(run, own))
-        if own is not None:
-            found.append(_inverted(run, own))
+            rows.append(_balance_of_grasp(run))
+        elif run_fields is not None:
+            rows.append(_balance(run, run_fields))
+        if run_fields is not None:
+            rows.append(_inverted(run, run_fields))
         if measured is not None:
-            found += _measured(run, measured)
-    return found
+            rows += _measured(run, measured)
+    return rows
 
 
 def _adopted(title: str, part: AdoptedGeometry, *, linear: bool) -> list[Check]:
@@ -179,11 +179,11 @@ def _adopted(title: str, part: AdoptedGeometry, *, linear: bool) -> list[Check]:
     if not part.back:
         return []
     back: Verdict = "pass" if part.bends_to_back else "open"
-    doubts = [each for each in part.doubts if linear or OF_LINEAR not in each]
-    told = "; ".join(doubts) or "no element is nearly flat"
+    doubts = [doubt for doubt in part.doubts if linear or OF_LINEAR not in doubt]
+    words = "; ".join(doubts) or "no element is nearly flat"
     return [
         Check(f"{title}: back of the part", "–", "it bends to it", back, part.back),
-        Check(f"{title}: elements of the part", "–", "no doubt", passes(not doubts), told),
+        Check(f"{title}: elements of the part", "–", "no doubt", passes(not doubts), words),
     ]
 
 
@@ -240,8 +240,8 @@ def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
     row, size = int(np.abs(errors).argmax()), float(np.nanmax(np.abs(y))) or 1.0
     share, channel = abs(errors[row]) / size, CHANNELS[column]
     off = f"{errors[row]:+{channel.form}}{channel.symbol}"
-    told = f"{said(float(y[row]), channel.symbol)} (mesh: {off})"
-    return Check(name, f"{100 * share:.2g} %", goal, passes(share <= MESH_ERROR), told)
+    words = f"{said(float(y[row]), channel.symbol)} (mesh: {off})"
+    return Check(name, f"{100 * share:.2g} %", goal, passes(share <= MESH_ERROR), words)
 
 
 def _balance_of_grasp(run: Run) -> Check:
@@ -253,13 +253,13 @@ def _balance_of_grasp(run: Run) -> Check:
 
 
 def _balance(run: Run, fields: Fields) -> Check:
-    found = balance(run, fields)
-    if isinstance(found, str):
+    share = balance(run, fields)
+    if isinstance(share, str):
         return Check(
             f"{run.title}: energy balance", "–", f"≤ {100 * ENERGY_ERROR:g} %", "open",
-            f"{OPEN}: {found}",
+            f"{OPEN}: {share}",
         )  # fmt: skip
-    return _energy_check(run, found, "work of pressure against strain energy, at the last step")
+    return _energy_check(run, share, "work of pressure against strain energy, at the last step")
 
 
 def _energy_check(run: Run, share: float, what: str) -> Check:
@@ -279,12 +279,12 @@ def _inverted(run: Run, fields: Fields) -> Check:
 
 def _measured(run: Run, table: Columns) -> list[Check]:
     """The root mean square difference of each measured channel, by its noise."""
-    own = select_rows(table, "experiment", run.experiment.name)
+    readings = select_rows(table, "experiment", run.experiment.name)
     along = over(run)
-    x, simulated_x = numbers(own, along), run.column(along)
-    found = []
+    x, simulated_x = numbers(readings, along), run.column(along)
+    rows = []
     for curve in run.experiment.plot.curves:
-        y, simulated = numbers(own, curve.column), run.column(curve.column)
+        y, simulated = numbers(readings, curve.column), run.column(curve.column)
         channel = CHANNELS.get(curve.column)
         if x is None or y is None or simulated is None or simulated_x is None or not channel:
             continue
@@ -295,7 +295,7 @@ def _measured(run: Run, table: Columns) -> list[Check]:
         expected = np.interp(x[inside], simulated_x[rising], simulated[rising])
         rms = float(np.sqrt(np.mean((y[inside] - expected) ** 2)))
         many = rms / channel.noise if channel.noise else float("inf")
-        found.append(
+        rows.append(
             Check(
                 f"{run.title}: measured {channel.title.lower()}",
                 f"{said(rms, channel.symbol)} rms",
@@ -305,18 +305,18 @@ def _measured(run: Run, table: Columns) -> list[Check]:
                 f"{int(inside.sum())} of {len(y)} readings",
             )
         )
-    return found
+    return rows
 
 
 def finest(runs: Sequence[Run]) -> dict[int, int]:
     """For each run, the place of one with the same configuration on the finest mesh, if any."""
-    found = {}
+    finer = {}
     for place, run in enumerate(runs):
         alike = [i for i, other in enumerate(runs) if _same_but_mesh(run, other)]
         best = max(alike, key=lambda i: runs[i].elements or 0)
         if (runs[best].elements or 0) > (run.elements or 0):
-            found[place] = best
-    return found
+            finer[place] = best
+    return finer
 
 
 def _same_but_mesh(one: Run, other: Run) -> bool:

@@ -36,10 +36,10 @@ class GradientDesign(Contribution):
     inside = RUNS
     place = 40
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        for each in found:
-            content = DesignFile.read(each.folder)
-            page.charts += [*_change(each.folder, content), *_steps(each.folder, content)]
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        for result in results:
+            content = DesignFile.read(result.folder)
+            page.charts += [*_change(result.folder, content), *_steps(result.folder, content)]
             content = content.shown
             page.tables.append(content.tables()[0])
             page.checks += [
@@ -51,25 +51,25 @@ class GradientDesign(Contribution):
             ]  # fmt: skip
             page.checks.append(_mesh(content))
             page.numbers += _numbers(content)
-            page.sources.append(_source(each.folder, content))
-        return self.named(found)
+            page.sources.append(_source(result.folder, content))
+        return self.named(results)
 
 
 def _change(folder: Path, content: DesignFile) -> list[Chart]:
     """Start beside design: their sections, and the lines of what shall follow a curve."""
     folders = {name: folder / name for name in RUNS if RunFile.is_in(folder / name)}
-    found = {name: read(each) for name, each in folders.items()}
-    if len(found) < len(RUNS):
+    runs = {name: read(path) for name, path in folders.items()}
+    if len(runs) < len(RUNS):
         return []
     charts = []
-    if all(run.fields.is_file() for run in found.values()):
-        first = {name: list_steps(run.fields)[:1] for name, run in found.items()}
+    if all(run.fields.is_file() for run in runs.values()):
+        first = {name: list_steps(run.fields)[:1] for name, run in runs.items()}
         charts = sections({name: read_steps(files)[0] for name, files in first.items()})
-    curve, near = found[RUNS[0]].result.config.curve, content.matched
+    curve, near = runs[RUNS[0]].result.config.curve, content.matched
     if curve is not None and near is not None:
         note = f"Root mean square distance: {said(near.start_rms_mm)} mm at the start, "
         note += f"{said(near.rms_mm)} mm by the design."
-        charts += followed(curve, {name: run.result for name, run in found.items()}, note)
+        charts += followed(curve, {name: run.result for name, run in runs.items()}, note)
     return charts
 
 
@@ -85,19 +85,19 @@ def _mesh(content: DesignFile) -> Check:
         why = "the finer mesh was not asked for" if refined is None else refined.failure
         return Check(name, "–", goal, "open", f"{OPEN}: {why}")
     error = abs(content.objective / refined.objective - 1)
-    found, finer = said(content.objective), said(refined.objective)
-    told = f"{content.quantity} {found}, on a finer mesh {finer}"
-    return Check(name, f"{100 * error:.2g} %", goal, passes(error <= MESH_ERROR), told)
+    coarse, finer = said(content.objective), said(refined.objective)
+    words = f"{content.quantity} {coarse}, on a finer mesh {finer}"
+    return Check(name, f"{100 * error:.2g} %", goal, passes(error <= MESH_ERROR), words)
 
 
 def _numbers(content: DesignFile) -> list[KeyNumber]:
-    title, _, rest = label(content.quantity).partition(" (")
+    title, _, tail = label(content.quantity).partition(" (")
     words = f"by {content.simulations} simulations"
     if content.gain is not None:
         words = f"{100 * content.gain:+.1f} % {words}"
     if content.refined is not None and content.refined.gain is not None:
         words += f"; {100 * content.refined.gain:+.1f} % on a finer mesh"
-    start, best = (said(each, rest.rstrip(")")) for each in (content.start, content.objective))
+    start, best = (said(value, tail.rstrip(")")) for value in (content.start, content.objective))
     return [
         KeyNumber(f"{title} of the start", start),
         KeyNumber(f"{title} of the design", best, "", words),

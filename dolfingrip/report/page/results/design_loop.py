@@ -22,14 +22,14 @@ class DesignLoop(Contribution):
     titles: ClassVar = {"optimise": "chosen design", "train": "surrogate", "doe": "designs"}
     place = 20
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
         given.say("making the shapes of the designs")
-        loop = front.Loop.of(found)
+        loop = front.Loop.of(results)
         page.front = front.front(loop)
         page.charts += front.charts(loop.surrogate)
         if page.front is not None:
             shown = page.front
-            for point in [each for each in shown.points if each.group == "chosen"][:1]:
+            for point in [p for p in shown.points if p.group == "chosen"][:1]:
                 at = f"at {said(point.x, shown.x.unit)} of {shown.x.short}"
                 name = f"{shown.y.short} of the chosen design"
                 page.numbers.append(KeyNumber(name, said(point.y, shown.y.unit), "", at))
@@ -38,13 +38,13 @@ class DesignLoop(Contribution):
             "optimise": "Optimisation",
             "doe": "Design of experiments",
         }
-        for each in found:
+        for result in results:
             facts: dict[str, str] = {}
-            if each.kind == "train":
-                facts = SurrogateFile.read(each.folder).versions
-            elif each.kind == "optimise":
-                facts = OptimumFile.read(each.folder).versions
+            if result.kind == "train":
+                facts = SurrogateFile.read(result.folder).versions
+            elif result.kind == "optimise":
+                facts = OptimumFile.read(result.folder).versions
             page.sources.append(
-                Source(titles[each.kind], str(each.folder), "", list(facts.items()))
+                Source(titles[result.kind], str(result.folder), "", list(facts.items()))
             )
-        return self.named(found)
+        return self.named(results)

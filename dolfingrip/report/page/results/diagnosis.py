@@ -48,19 +48,19 @@ class Diagnosed(Contribution):
     titles: ClassVar = {"diagnose": "diagnosis"}
     place = 30
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        for each in found:
-            given.say(f"reading {each.folder}")
-            content = DiagnosisFile.read(each.folder)
-            page.diagnoses.append(_part(content, DiagnosisFile.readings_in(each.folder)))
-            page.sources.append(_source(each.folder, content))
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        for result in results:
+            given.say(f"reading {result.folder}")
+            content = DiagnosisFile.read(result.folder)
+            page.diagnoses.append(_part(content, DiagnosisFile.readings_in(result.folder)))
+            page.sources.append(_source(result.folder, content))
             kind, words = VERDICTS[content.verdict.answer]
             if content.verdict.answer == "none" and not content.verdict.claimed:
                 kind, words = "open", "cannot tell"
             value = words or " or ".join(content.verdict.effects).replace("_", " ")
             sure = f"probability {chance(content.verdict.probability)}"
             page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
-        return self.named(found)
+        return self.named(results)
 
 
 def _source(folder: Path, content: DiagnosisFile) -> Source:

@@ -18,9 +18,9 @@ class GradientFront(Contribution):
     titles: ClassVar = {"front": "front by gradients"}
     place = 50
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        for each in found:
-            front = FrontFile.read(each.folder)
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        for result in results:
+            front = FrontFile.read(result.folder)
             page.charts += gradient_front(front)
             limited, improved = front.objectives
             if front.levels:
@@ -33,5 +33,5 @@ class GradientFront(Contribution):
                     )
                 )  # fmt: skip
             facts = [("simulations", f"{front.simulations}, {front.failed} of them failed")]
-            page.sources.append(Source("Front by gradients", str(each.folder), "", facts))
-        return self.named(found)
+            page.sources.append(Source("Front by gradients", str(result.folder), "", facts))
+        return self.named(results)

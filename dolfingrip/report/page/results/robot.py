@@ -43,9 +43,9 @@ class ReducedModel(Contribution):
     titles: ClassVar = {"robot": "reduced model"}
     place = 70
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        for each in found:
-            robot = RobotFile.read(each.folder)
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        for result in results:
+            robot = RobotFile.read(result.folder)
             page.numbers.append(_speed(robot))
             for error in robot.comparisons:
                 page.charts.append(_chart(error))
@@ -57,16 +57,16 @@ class ReducedModel(Contribution):
                     )
                 )  # fmt: skip
             (low, high), gaps = robot.valid.pressure_kPa, robot.valid.gaps_mm
-            page.code.append(("In MuJoCo", _lines(each.folder, high)))
+            page.code.append(("In MuJoCo", _lines(result.folder, high)))
             facts = [
                 ("joints", f"{len(robot.joints)}"),
                 ("valid", f"{low:g} to {high:g} kPa, up to {robot.valid.force_N:.3g} N"),
                 ("valid for plates", f"at {min(gaps):.3g} to {max(gaps):.3g} mm"),
                 *robot.versions.items(),
             ]
-            again = f"{RobotFile.MADE_BY} {shlex.quote(str(each.folder / RobotFile.FILE))}"
-            page.sources.append(Source("Reduced model", str(each.folder), again, facts))
-        return self.named(found)
+            again = f"{RobotFile.MADE_BY} {shlex.quote(str(result.folder / RobotFile.FILE))}"
+            page.sources.append(Source("Reduced model", str(result.folder), again, facts))
+        return self.named(results)
 
 
 def _lines(folder: Path, highest_kPa: float) -> str:

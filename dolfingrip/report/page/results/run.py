@@ -41,8 +41,8 @@ class Runs(Contribution):
     marks: ClassVar = {"run": RunFile.FILE}
     place = 10
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        read = runs.titled([runs.read(each.folder) for each in found])
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        read = runs.titled([runs.read(result.folder) for result in results])
         page.conditions = runs.conditions(read[0])
         fields: dict[int, finger.Fields] = {}
         scenes: dict[int, int] = {}
@@ -55,11 +55,11 @@ class Runs(Contribution):
             page.sources.append(runs.source(run))
         finest = trust.finest(read)
         page.charts += _charts(read, given, scenes, finest)
-        alone = [run for run, each in zip(read, found, strict=True) if not each.inside]
+        alone = [run for run, one in zip(read, results, strict=True) if not one.inside]
         # what a run belongs to tells the error of its mesh
-        told = {trust.of_mesh(run) for run, each in zip(read, found, strict=True) if each.inside}
+        names = {trust.of_mesh(run) for run, one in zip(read, results, strict=True) if one.inside}
         checks = trust.checks(read, fields, finest, given.measured)
-        page.checks += [check for check in checks if check.name not in told]
+        page.checks += [check for check in checks if check.name not in names]
         if alone:
             page.numbers += key_numbers.of_runs(read, fields)
         return [run.experiment.title.lower() for run in alone]
@@ -67,12 +67,12 @@ class Runs(Contribution):
 
 def _remarks(run: runs.Run) -> list[str]:
     result = run.result
-    found = [f"{run.title}: {said}." for said in band_sentences(run.experiment, result)]
+    remarks = [f"{run.title}: {said}." for said in band_sentences(run.experiment, result)]
     if result.failure is not None:
-        found.append(f"{run.title} {result.failure.sentence()}")
+        remarks.append(f"{run.title} {result.failure.sentence()}")
     if result.outcome is not None:
-        found.append(f"{run.title}: {result.outcome.kind}, {result.outcome.sentence}.")
-    return found
+        remarks.append(f"{run.title}: {result.outcome.kind}, {result.outcome.sentence}.")
+    return remarks
 
 
 def _scene(
@@ -102,8 +102,8 @@ def _scene(
 
 def _stills(run: runs.Run, scene: Scene) -> list[tuple[str, bytes]]:
     """Pictures of the run in place of the 3D view."""
-    if (own := drawer(run.experiment.pictures)) is not None:
-        image = own.strip(run.folder, run.result.config, run.result)
+    if (painter := drawer(run.experiment.pictures)) is not None:
+        image = painter.strip(run.folder, run.result.config, run.result)
         return [(scene.alt, _png(image, STILL_PX))]
     pressures = run.column("pressure_kPa")
     if pressures is None or run.experiment.control.name != "pressure_kPa":
@@ -133,24 +133,24 @@ def _charts(
     read: Sequence[runs.Run], given: Given, scenes: dict[int, int], finer: dict[int, int]
 ) -> list[Chart]:
     """The charts of all runs; results of one experiment share theirs."""
-    found = []
+    charts = []
     for name in dict.fromkeys(run.experiment.name for run in read):
         group = [i for i, run in enumerate(read) if run.experiment.name == name]
         shown = [DrawnResult(read[i].result, scene=scenes.get(i)) for i in group]
         if len(group) > 1:
             shown = [
                 replace(
-                    each,
+                    drawn,
                     name=read[i].title.partition(", ")[2]
                     + (" (finest mesh)" if i in finer.values() else ""),
                     style="dash" if i in finer.values() else "line",
                 )
-                for i, each in zip(group, shown, strict=True)
+                for i, drawn in zip(group, shown, strict=True)
             ]
         experiment, turn = read[group[0]].experiment, read[group[0]].result.turning_point
         for number, panel in enumerate(panels(experiment)):
             try:
-                found.append(
+                charts.append(
                     chart(
                         experiment, shown, panel, measured=given.measured,
                         turning_point=turn if len(group) == 1 and not number else None,
@@ -158,4 +158,4 @@ def _charts(
                 )  # fmt: skip
             except ValueError:  # no result has these readings
                 continue
-    return found
+    return charts

@@ -21,15 +21,15 @@ class Study(Contribution):
     titles: ClassVar = {"study": "study of the optimiser"}
     place = 60
 
-    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
-        for each in found:
-            best = each.folder / "best.csv"
-            table = read_csv(best if best.is_file() else each.folder / self.marks["study"])
+    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+        for result in results:
+            best = result.folder / "best.csv"
+            table = read_csv(best if best.is_file() else result.folder / self.marks["study"])
             rows = [[_cell(text) for text in row] for row in zip(*table.values(), strict=True)]
             title = "How the optimiser's choice scatters"
             page.tables.append(TextTable(list(table), rows[:MOST], title))
-            page.sources.append(Source("Study of the optimiser", str(each.folder), ""))
-        return self.named(found)
+            page.sources.append(Source("Study of the optimiser", str(result.folder), ""))
+        return self.named(results)
 
 
 def _cell(text: str) -> str:
