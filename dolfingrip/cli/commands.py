@@ -64,7 +64,7 @@ _ALL = (
 )  # fmt: skip
 
 
-COMMANDS = tuple(each for each in _ALL if is_there(each.work.partition(":")[0]))
+COMMANDS = tuple(command for command in _ALL if is_there(command.work.partition(":")[0]))
 """The commands in the order in which a new user needs them, of the folders that there are."""
 
 

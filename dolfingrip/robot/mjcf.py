@@ -121,7 +121,7 @@ class _Model:
         return add(self.section(section), tag, **attributes)
 
     def text(self) -> str:
-        self.root[:] = sorted(self.root, key=lambda each: ORDER.index(each.tag))
+        self.root[:] = sorted(self.root, key=lambda child: ORDER.index(child.tag))
         return text(self.root)
 
 

@@ -1,8 +1,8 @@
 """Sections of the configuration for materials: one for each law, and one table for each region.
 
 >>> from pydantic import TypeAdapter
->>> found = TypeAdapter(AnyMaterials).validate_python({"mu_MPa": 2.0, "film": {"mu_MPa": 30.0}})
->>> found.of("film").mu_MPa, found.of("body").mu_MPa, found.own
+>>> materials = TypeAdapter(AnyMaterials).validate_python({"mu_MPa": 2.0, "film": {"mu_MPa": 30.0}})
+>>> materials.of("film").mu_MPa, materials.of("body").mu_MPa, materials.own
 (30.0, 2.0, ('film',))
 
 ``material.name`` stands in place of a law and its constants; ``materials.toml`` has the names.

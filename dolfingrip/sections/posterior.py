@@ -1,9 +1,9 @@
 """The uncertainty that a fit to measurements left: equally good parameters, unexplained scatter.
 
->>> found = Posterior.model_validate(
+>>> posterior = Posterior.model_validate(
 ...     {"model_kPa": 0.5, "fit": [{"set": {"film.silk.Et_N_per_mm": 3.0}}, {"weight": 3.0}]}
 ... )
->>> [float(share) for share in found.shares]
+>>> [float(share) for share in posterior.shares]
 [0.25, 0.75]
 """
 

@@ -496,7 +496,7 @@ def matched(problem: Problem, descent: Descent) -> MatchedCurve | None:
         outwards = at < AT_BOUND if slope > 0 else at > 1 - AT_BOUND
         if outwards and rms_mm:
             stops[variable.key] = abs(float(slope)) / (2 * rms_mm)
-    ranked = dict(sorted(stops.items(), key=lambda each: -each[1]))
+    ranked = dict(sorted(stops.items(), key=lambda pair: -pair[1]))
     return MatchedCurve(
         rms_mm=rms_mm,
         start_rms_mm=math.sqrt(descent.start.objective),

@@ -24,7 +24,7 @@ CONTRIBUTIONS: Final[tuple[Contribution, ...]] = tuple(
                 Contribution,
             ).values()
         ),
-        key=lambda each: each.place,
+        key=lambda contribution: contribution.place,
     )
 )
 """One for each file of ``page/results``, in the order of the page."""
