@@ -347,7 +347,7 @@ def _sets(
         return _smallest(mass, inclusion, credible), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     seen, total = 0.0, sum(pairs.values())
-    for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
+    for (a, b), p in sorted(pairs.items(), key=lambda pair: -pair[1]):
         if seen >= credible * total:
             break
         seen += p

@@ -264,7 +264,7 @@ class InferenceProblem:
             every = [
                 here - self.predicted(each, self._part(fit, each)) for each in without.values()
             ]
-            off = min(every, key=lambda each: float(np.square(each / self.noise).sum()))
+            off = min(every, key=lambda change: float(np.square(change / self.noise).sum()))
         length = float(np.linalg.norm(self.levels[fit.level].whitened(off)))
         policy = self.policy
         return 0.5 * min(policy.first_error * length, 2 * policy.unlikely) ** 2

@@ -84,7 +84,7 @@ class ModelPosterior:
     def strengths(self) -> dict[str, float]:
         """Strength of each name in the most probable fit that has it."""
         found: dict[str, float] = {}
-        for _, fit in sorted(self.weighed, key=lambda each: each[0]):
+        for _, fit in sorted(self.weighed, key=lambda pair: pair[0]):
             found |= dict(zip(fit.subset, fit.strengths, strict=True))
         return found
 
@@ -101,7 +101,7 @@ class ModelPosterior:
     def leaders[K](self, of: Callable[[MapFit], K]) -> dict[K, MapFit]:
         """The most probable fits of those that have something in common, by what it is."""
         found: dict[K, MapFit] = {}
-        for _, fit in sorted(self.weighed, key=lambda each: -each[0]):
+        for _, fit in sorted(self.weighed, key=lambda pair: -pair[0]):
             found.setdefault(of(fit), fit)
         return found
 
@@ -139,7 +139,7 @@ def search(
         found |= _fits(every, subset, missing, SETTLED) if missing else {}
         modes.update(found)
         for key, own in found.items():
-            zeta[key] = max(own, key=lambda each: each.log_evidence).zeta
+            zeta[key] = max(own, key=lambda mode: mode.log_evidence).zeta
 
     start = [np.zeros(own)]
     fit(NONE, dict.fromkeys(every, start))
@@ -232,7 +232,7 @@ def one_at_a_time(
         (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
         for name in problem.numbers
     }
-    for subset in sorted(bounds, key=lambda each: -max(bounds[each].values())):
+    for subset in sorted(bounds, key=lambda names: -max(bounds[names].values())):
         own = bounds[subset]
         # the share that stays is counted without a discrepancy
         most = {level: bound if level else max(own.values()) for level, bound in own.items()}
@@ -267,7 +267,7 @@ def pursued(
     policy, prior = problem.policy, problem.policy.levels
     logs = [fit.log_evidence + float(np.log(prior[fit.level])) for fit in posterior.fits]
     best, most = list[int](), max(logs)
-    for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
+    for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda pair: -pair[1]):
         if log + 0.5 * fit.misfit <= most:
             continue  # more than all that is missed cannot be gained
         model = problem.levels[fit.level]

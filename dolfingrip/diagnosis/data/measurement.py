@@ -151,7 +151,7 @@ class Measurement:
         Raises:
             ConfigError: one line naming the key, its value and the allowed range.
         """
-        return max(self.applied(config), key=lambda each: each.gravity.acceleration_m_s2)
+        return max(self.applied(config), key=lambda config: config.gravity.acceleration_m_s2)
 
     def read_by(self, experiment: str) -> tuple[str, ...]:
         """Columns that an experiment reads, with those of markers that were seen.
