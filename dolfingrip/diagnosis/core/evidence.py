@@ -127,58 +127,58 @@ class InferenceProblem:
         return replace(
             self, value=self.value[kept], base=self.base[kept], noise=self.noise[kept],
             linear=self.linear[kept], covariance=self.covariance[both], kernel=self.kernel[both],
-            runs={causes: each.rows(kept) for causes, each in self.runs.items()},
-            blends={causes: each.rows(kept) for causes, each in self.blends.items()},
+            runs={causes: run.rows(kept) for causes, run in self.runs.items()},
+            blends={causes: blend.rows(kept) for causes, blend in self.blends.items()},
             curves=None if self.curves is None else self.curves[kept],
         )  # fmt: skip
 
     def beside(self, more: Iterable[tuple[Subset, Tangents]]) -> InferenceProblem:
         """The problem with further simulations, by the causes that act in them."""
         runs, new = dict(self.runs), set[Subset]()
-        for causes, own in more:
-            runs[causes] = Tangents.stacked([runs[causes], own]) if causes in runs else own
+        for causes, run in more:
+            runs[causes] = Tangents.stacked([runs[causes], run]) if causes in runs else run
             new.add(causes)
         blends: dict[Subset, TangentBlend] = {}
-        found = replace(self, runs=runs, blends=blends)
+        problem = replace(self, runs=runs, blends=blends)
         for causes in sorted(runs, key=len):
-            if not any({*each} <= {*causes} for each in new):
+            if not any({*acting} <= {*causes} for acting in new):
                 blends[causes] = self.blends[causes]
                 continue
-            known, numbers = runs[causes], found._simulated(causes)
-            told = known.told.copy()
-            for part in [blend for each, blend in blends.items() if {*each} < {*causes}]:
+            simulated, numbers = runs[causes], problem._simulated(causes)
+            remaining = simulated.told.copy()
+            for part in [blend for acting, blend in blends.items() if {*acting} < {*causes}]:
                 some = [numbers.index(number) for number in part.numbers]
-                value, slopes = part.at_coordinates(known.u[:, some])
-                told[..., 0] -= value @ part.columns.T
-                told[..., 1:][..., some] -= part.columns @ slopes
+                value, slopes = part.at_coordinates(simulated.u[:, some])
+                remaining[..., 0] -= value @ part.columns.T
+                remaining[..., 1:][..., some] -= part.columns @ slopes
             length = 1.0 if len(causes) > 1 else np.inf
-            own = Tangents(known.u, told)
+            alone = Tangents(simulated.u, remaining)
             missed = self.policy.matters
-            blends[causes] = TangentBlend.of(numbers, own, self.noise, length, missed)
-        self._hand_on(found)
-        return found
+            blends[causes] = TangentBlend.of(numbers, alone, self.noise, length, missed)
+        self._hand_on(problem)
+        return problem
 
     def _hand_on(self, other: InferenceProblem) -> None:
         """Give another problem of the same readings what is whitened already."""
         if "levels" in vars(self):
-            levels = {k: CovarianceModel(other, k, each) for k, each in self.levels.items()}
+            levels = {k: CovarianceModel(other, k, model) for k, model in self.levels.items()}
             vars(other)["levels"] = levels
 
     def without(self, causes: Subset) -> InferenceProblem:
         """The problem in which a set of causes is impossible at its numbers."""
-        found = replace(self, impossible=self.impossible | {causes})
-        self._hand_on(found)
-        return found
+        problem = replace(self, impossible=self.impossible | {causes})
+        self._hand_on(problem)
+        return problem
 
     def _simulated(self, causes: Subset) -> list[Unknown]:
         """Numbers that simulations of some causes are functions of."""
-        own = [number for name in causes for number in self.numbers[name]]
-        return [*self.always[: self.simulated_count], *own]
+        numbers = [number for name in causes for number in self.numbers[name]]
+        return [*self.always[: self.simulated_count], *numbers]
 
     @property
     def implausible(self) -> dict[str, int]:
         """Which of ζ each of the model's own numbers is that may be far off, by name."""
-        return {each.names[0]: i for i, each in enumerate(self.always) if each.names}
+        return {number.names[0]: i for i, number in enumerate(self.always) if number.names}
 
     @property
     def rig(self) -> set[str]:
@@ -187,15 +187,15 @@ class InferenceProblem:
 
     def widths(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
-        found = np.ones(self.nuisance_count)
+        widths = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
-                found[place] = self.always[place].prior.wide
-        return found
+                widths[place] = self.always[place].prior.wide
+        return widths
 
     def tail(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the wide parts of the priors of a hypothesis' causes, (d,)."""
-        return np.array([each.tail for name in self.causes(subset) for each in self.numbers[name]])
+        return np.array([n.tail for name in self.causes(subset) for n in self.numbers[name]])
 
     def causes(self, subset: Subset) -> Subset:
         """Return the causes: all names but those of the model's own numbers."""
@@ -203,32 +203,32 @@ class InferenceProblem:
 
     def places(self, subset: Subset) -> dict[str, np.ndarray]:
         """Which of ζ are the numbers of each cause."""
-        found, at = {}, self.nuisance_count
+        places, at = {}, self.nuisance_count
         for name in self.causes(subset):
-            found[name] = np.arange(at, at + len(self.numbers[name]))
+            places[name] = np.arange(at, at + len(self.numbers[name]))
             at += len(self.numbers[name])
-        return found
+        return places
 
     def parts(self, subset: Subset) -> list[tuple[Subset, TangentBlend, np.ndarray]]:
         """Blends of a hypothesis: causes, function, and which of ζ it depends on."""
-        places, own = self.places(subset), np.arange(self.simulated_count)
+        places, first = self.places(subset), np.arange(self.simulated_count)
         return [
-            (causes, each, np.r_[own, *(places[name] for name in causes)])
-            for causes, each in self.blends.items()
+            (causes, blend, np.r_[first, *(places[name] for name in causes)])
+            for causes, blend in self.blends.items()
             if places.keys() >= {*causes}
         ]
 
     def box(self, subset: Subset) -> np.ndarray:
         """Ranges of ζ of a hypothesis, (d, 2); those of the model's own numbers first."""
         every = [*self.always, *(n for name in self.causes(subset) for n in self.numbers[name])]
-        return np.array([[each.low, each.high] for each in every])
+        return np.array([[number.low, number.high] for number in every])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
-        found = self.linear @ zeta[self.simulated_count : self.nuisance_count]
-        for _, blend, own in self.parts(subset):
-            found = found + blend.columns @ blend.at(zeta[None, own])[0]
-        return found
+        readings = self.linear @ zeta[self.simulated_count : self.nuisance_count]
+        for _, blend, which in self.parts(subset):
+            readings = readings + blend.columns @ blend.at(zeta[None, which])[0]
+        return readings
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
@@ -241,11 +241,11 @@ class InferenceProblem:
 
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Their derivatives by ζ, shape (n, d)."""
-        found = np.zeros((len(self.value), len(zeta)))
-        found[:, self.simulated_count : self.nuisance_count] = self.linear
-        for _, blend, own in self.parts(subset):
-            found[:, own] += blend.columns @ blend.with_slopes(zeta[None, own])[1][0]
-        return found
+        slopes = np.zeros((len(self.value), len(zeta)))
+        slopes[:, self.simulated_count : self.nuisance_count] = self.linear
+        for _, blend, which in self.parts(subset):
+            slopes[:, which] += blend.columns @ blend.with_slopes(zeta[None, which])[1][0]
+        return slopes
 
     def extrapolated(self, fit: MapFit) -> float:
         """ln of evidence that a fit's readings may miss, as they are not simulated.
@@ -256,13 +256,13 @@ class InferenceProblem:
         causes = self.causes(fit.subset)
         here = self.predicted(fit.subset, fit.zeta)
         if causes in self.runs:
-            rest = fit.zeta[self.simulated_count : self.nuisance_count]
-            off = here - self.linear @ rest - self.runs[causes].told[..., 0]
+            zeta = fit.zeta[self.simulated_count : self.nuisance_count]
+            off = here - self.linear @ zeta - self.runs[causes].told[..., 0]
             off = off[np.argmin(np.square(off / self.noise).sum(axis=1))]
         else:  # two causes that were not simulated together, by the weaker one
             without = {name: tuple(n for n in fit.subset if n != name) for name in causes}
             every = [
-                here - self.predicted(each, self._part(fit, each)) for each in without.values()
+                here - self.predicted(fewer, self._part(fit, fewer)) for fewer in without.values()
             ]
             off = min(every, key=lambda change: float(np.square(change / self.noise).sum()))
         length = float(np.linalg.norm(self.levels[fit.level].whitened(off)))
@@ -271,8 +271,8 @@ class InferenceProblem:
 
     def _part(self, fit: MapFit, subset: Subset) -> np.ndarray:
         """ζ of a fit without those of causes that a subset does not have."""
-        places, own = self.places(fit.subset), np.arange(self.nuisance_count)
-        return fit.zeta[np.r_[own, *(places[name] for name in self.causes(subset))]]
+        places, first = self.places(fit.subset), np.arange(self.nuisance_count)
+        return fit.zeta[np.r_[first, *(places[name] for name in self.causes(subset))]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,17 +330,17 @@ class CovarianceModel:
     before: CovarianceModel | None = None
 
     def __post_init__(self) -> None:
-        problem, known = self.problem, self.before
-        if known is None:
+        problem, before = self.problem, self.before
+        if before is None:
             total = problem.covariance + self.level**2 * problem.kernel
             self._lower = scipy.linalg.cholesky(total, lower=True)
             first = np.column_stack([problem.value, problem.linear])
             self._white: dict[Subset | str, np.ndarray] = {"": self.whitened(first)}
         else:
-            self._lower, self._white = known._lower, dict(known._white)
-        for causes, each in problem.blends.items():
-            if known is None or known.problem.blends.get(causes) is not each:
-                self._white[causes] = self.whitened(each.columns)
+            self._lower, self._white = before._lower, dict(before._white)
+        for causes, blend in problem.blends.items():
+            if before is None or before.problem.blends.get(causes) is not blend:
+                self._white[causes] = self.whitened(blend.columns)
         self.before = None
         log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
         self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
@@ -350,9 +350,9 @@ class CovarianceModel:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
         return np.asarray(scipy.linalg.solve_triangular(self._lower, columns, lower=True))
 
-    def weighed(self, rest: np.ndarray) -> np.ndarray:
-        """C⁻¹ rest, shape (n,)."""
-        return np.asarray(scipy.linalg.cho_solve((self._lower, True), rest))
+    def weighed(self, residual: np.ndarray) -> np.ndarray:
+        """C⁻¹ r of a residual r, shape (n,)."""
+        return np.asarray(scipy.linalg.cho_solve((self._lower, True), residual))
 
     def coloured(self, white: np.ndarray) -> np.ndarray:
         """L white: readings' errors of covariance C from independent ones, shape (n,)."""
@@ -360,12 +360,12 @@ class CovarianceModel:
 
     def read(self, value: np.ndarray) -> CovarianceModel:
         """Return the model of other readings y, shape (n,), by the same columns."""
-        found = copy(self)
-        found.problem = replace(self.problem, value=value)
-        found._white = dict(self._white)
-        found._white[""] = np.column_stack([self.whitened(value), self._white[""][:, 1:]])
-        found._grams = {key: each for key, each in self._grams.items() if "" not in key}
-        return found
+        model = copy(self)
+        model.problem = replace(self.problem, value=value)
+        model._white = dict(self._white)
+        model._white[""] = np.column_stack([self.whitened(value), self._white[""][:, 1:]])
+        model._grams = {key: gram for key, gram in self._grams.items() if "" not in key}
+        return model
 
     def gram(self, subset: Subset) -> np.ndarray:
         """G of a hypothesis: of readings, linear numbers, and the blends of its parts."""
@@ -374,16 +374,16 @@ class CovarianceModel:
 
     def _product(self, one: Subset | str, other: Subset | str) -> np.ndarray:
         if (one, other) not in self._grams:
-            found = self._white[one].T @ self._white[other]
-            self._grams[one, other], self._grams[other, one] = found, found.T
+            gram = self._white[one].T @ self._white[other]
+            self._grams[one, other], self._grams[other, one] = gram, gram.T
         return self._grams[one, other]
 
     def largest(self, subset: Subset) -> float:
         """ln of the largest likelihood of any change within the columns of causes."""
         gram = self.gram(subset)
         inner = gram[1:, 1:] + np.diag(1e-9 * np.diag(gram)[1:] + 1e-12)
-        found = gram[1:, 0] @ np.linalg.solve(inner, gram[1:, 0])
-        return -0.5 * float(gram[0, 0] - found + self.log_det)
+        explained = gram[1:, 0] @ np.linalg.solve(inner, gram[1:, 0])
+        return -0.5 * float(gram[0, 0] - explained + self.log_det)
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance alone."""
@@ -416,12 +416,12 @@ class _Places:
 
     def of(self, rows: np.ndarray | slice) -> _Places:
         """Return some of the places."""
-        return _Places(**{name: each[rows] for name, each in vars(self).items()})
+        return _Places(**{name: array[rows] for name, array in vars(self).items()})
 
     def move(self, rows: np.ndarray, there: _Places) -> None:
         """Take others in the place of some."""
-        for name, each in vars(self).items():
-            each[rows] = getattr(there, name)
+        for name, array in vars(self).items():
+            array[rows] = getattr(there, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -443,7 +443,7 @@ class Products:
         Args:
             every: of one hypothesis.
         """
-        return cls(np.array([own.gram for own in every]), np.array([o.log_det for o in every]))
+        return cls(np.array([o.gram for o in every]), np.array([o.log_det for o in every]))
 
     def of(self, which: np.ndarray) -> Products:
         """Return some of those that are stacked.
@@ -476,7 +476,7 @@ class Hypothesis:
             every: the covariances.
             subset: the causes.
         """
-        return cls(every[0].problem, subset, {each.level: each for each in every})
+        return cls(every[0].problem, subset, {model.level: model for model in every})
 
     def __post_init__(self) -> None:
         problem = self.problem
@@ -486,13 +486,13 @@ class Hypothesis:
         tails = problem.tail(self.subset)
         self._tail = np.r_[np.ones(problem.nuisance_count), tails]
         self._policy = problem.policy
-        grams = {level: each.gram(self.subset) for level, each in self.levels.items()}
-        self._products = {k: Products(grams[k], each.log_det) for k, each in self.levels.items()}
+        grams = {level: model.gram(self.subset) for level, model in self.levels.items()}
+        self._products = {k: Products(grams[k], model.log_det) for k, model in self.levels.items()}
 
     def _width(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of ζ where some numbers are implausible, (d,)."""
-        own = self.problem.widths(subset)
-        return np.r_[own, np.ones(len(self._tail) - len(own))]
+        widths = self.problem.widths(subset)
+        return np.r_[widths, np.ones(len(self._tail) - len(widths))]
 
     def _prior(self, zeta: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """−ln of the prior's density, but for ½ ln 2π a number, and each one's precision there."""
@@ -506,9 +506,9 @@ class Hypothesis:
         linear = np.arange(self.problem.simulated_count, self.problem.nuisance_count)
         value[:, 1 : self._rows[0].stop] = -zeta[:, linear]
         slopes[:, np.arange(1, self._rows[0].stop), linear] = -1.0
-        for (_, blend, own), rows in zip(self._parts, self._rows[1:], strict=True):
-            g, dg = blend.with_slopes(zeta[:, own])
-            value[:, rows], slopes[:, rows, own] = -g, -dg
+        for (_, blend, which), rows in zip(self._parts, self._rows[1:], strict=True):
+            g, dg = blend.with_slopes(zeta[:, which])
+            value[:, rows], slopes[:, rows, which] = -g, -dg
         return value, slopes
 
     def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, float]:
@@ -518,8 +518,8 @@ class Hypothesis:
             zeta: shape (places, d).
             level: of the discrepancy.
         """
-        b, own = self._factors(zeta)[0], self._products[level]
-        return np.einsum("pi,ij,pj->p", b, own.gram, b, optimize=True), float(own.log_det)
+        b, products = self._factors(zeta)[0], self._products[level]
+        return np.einsum("pi,ij,pj->p", b, products.gram, b, optimize=True), float(products.log_det)
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = SETTLED) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add, at the first level.
@@ -539,10 +539,10 @@ class Hypothesis:
             starts: values of ζ by the level and by the causes with what is implausible beside them.
             settled: ln of probability that the last step gains at most.
         """
-        counts = [len(each) for each in starts.values()]
+        counts = [len(points) for points in starts.values()]
         widths = np.array([self._width(subset) for subset, _ in starts])
         products = Products.stacked([self._products[level] for _, level in starts])
-        first = np.vstack([each for own in starts.values() for each in own])
+        first = np.vstack([point for points in starts.values() for point in points])
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
         best, logs, far = [], [], self._policy.unlikely
@@ -555,17 +555,17 @@ class Hypothesis:
                     apart and every.value[place] < every.value[modes[0]] + self._policy.hopeless
                 ):
                     modes.append(int(place))
-            own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
-            best.append(modes[int(np.argmax(own))])
-            logs.append(float(np.logaddexp.reduce(own)))
-        told = zip(
+            evidence = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
+            best.append(modes[int(np.argmax(evidence))])
+            logs.append(float(np.logaddexp.reduce(evidence)))
+        fitted = zip(
             starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
             self._strengths([subset for subset, _ in starts], every.zeta[best], products, widths),
             strict=True,
         )  # fmt: skip
         return [
             MapFit(subset, level, log, zeta, hessian, misfit, strengths, self._policy.visible)
-            for (subset, level), log, zeta, hessian, misfit, strengths in told
+            for (subset, level), log, zeta, hessian, misfit, strengths in fitted
         ]
 
     def _at(self, zeta: np.ndarray, products: Products, width: np.ndarray) -> _Places:
@@ -627,9 +627,9 @@ class Hypothesis:
             tried = self._at(there, products.of(which[at]), width[which[at]])
             gain = here.value[at] - tried.value
             better, moved = gain > 0, there - here.zeta[at]
-            told = -(here.gradient[at] * moved).sum(axis=1)
-            told -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
-            part = np.clip(gain / np.maximum(told, 1e-12), 0.0, 1.0)
+            predicted = -(here.gradient[at] * moved).sum(axis=1)
+            predicted -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
+            part = np.clip(gain / np.maximum(predicted, 1e-12), 0.0, 1.0)
             turned = 2 * part - 1
             easier = np.maximum(0.5, 1 - turned * turned**2)
             damping[at] *= np.where(better, easier, harder[at])
@@ -648,11 +648,11 @@ class Hypothesis:
         """
         b, slopes = self._factors(zeta)
         gram = products.gram
-        own = slice(0, self.problem.nuisance_count)
-        free = slopes[..., own]
+        nuisances = slice(0, self.problem.nuisance_count)
+        free = slopes[..., nuisances]
         along = free.transpose(0, 2, 1)
-        inner = along @ gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
-        found = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
+        inner = along @ gram @ free + width[:, nuisances, None] ** -2 * np.eye(nuisances.stop)
+        sizes = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
         for (causes, *_), rows in zip(self._parts, self._rows[1:], strict=True):
             if len(causes) == 1:
                 (name,) = causes
@@ -660,9 +660,9 @@ class Hypothesis:
                 cross = along @ pull
                 left = (pull[:, rows, 0] * b[:, rows]).sum(axis=1)
                 left -= (cross * np.linalg.solve(inner, cross)).sum(axis=(1, 2))
-                found[name] = np.sqrt(np.maximum(left, 0.0))
+                sizes[name] = np.sqrt(np.maximum(left, 0.0))
         return [
-            tuple(float(found[name][row]) for name in subset) for row, subset in enumerate(subsets)
+            tuple(float(sizes[name][row]) for name in subset) for row, subset in enumerate(subsets)
         ]
 
     def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:
@@ -679,11 +679,11 @@ class Hypothesis:
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
-        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
-        if found is None:
+        sample = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
+        if sample is None:
             return fit
-        draws = found.places, found.weights
-        return replace(fit, log_evidence=found.log_integral, draws=draws)
+        draws = sample.places, sample.weights
+        return replace(fit, log_evidence=sample.log_integral, draws=draws)
 
 
 @dataclass(frozen=True, eq=False)
@@ -716,10 +716,10 @@ class Visibility:
     def strength(self, name: str, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
         white = self.columns.whitened(self.change(name, zeta))
-        rest = white - self.columns.whitened(self.own) @ taken(
+        residual = white - self.columns.whitened(self.own) @ taken(
             white, self.columns.whitened(self.own)
         )
-        return float(np.sqrt(max(white @ rest, 0.0)))
+        return float(np.sqrt(max(white @ residual, 0.0)))
 
 
 def taken(change: np.ndarray, columns: np.ndarray) -> np.ndarray:

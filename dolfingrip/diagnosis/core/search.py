@@ -65,10 +65,10 @@ class ModelPosterior:
 
     def by[K](self, of: Callable[[MapFit], K]) -> dict[K, float]:
         """Probability of all hypotheses that have something in common, by what it is."""
-        found: dict[K, float] = defaultdict(float)
+        total: dict[K, float] = defaultdict(float)
         for p, fit in self.weighed:
-            found[of(fit)] += p
-        return dict(found)
+            total[of(fit)] += p
+        return dict(total)
 
     @property
     def subsets(self) -> dict[Subset, float]:
@@ -83,10 +83,10 @@ class ModelPosterior:
     @property
     def strengths(self) -> dict[str, float]:
         """Strength of each name in the most probable fit that has it."""
-        found: dict[str, float] = {}
+        strengths: dict[str, float] = {}
         for _, fit in sorted(self.weighed, key=lambda pair: pair[0]):
-            found |= dict(zip(fit.subset, fit.strengths, strict=True))
-        return found
+            strengths |= dict(zip(fit.subset, fit.strengths, strict=True))
+        return strengths
 
     def best(self, subset: Subset, *, level: float | None = None) -> MapFit:
         """The most probable fit of these causes, at one level or at any.
@@ -100,10 +100,10 @@ class ModelPosterior:
 
     def leaders[K](self, of: Callable[[MapFit], K]) -> dict[K, MapFit]:
         """The most probable fits of those that have something in common, by what it is."""
-        found: dict[K, MapFit] = {}
+        leaders: dict[K, MapFit] = {}
         for _, fit in sorted(self.weighed, key=lambda pair: -pair[0]):
-            found.setdefault(of(fit), fit)
-        return found
+            leaders.setdefault(of(fit), fit)
+        return leaders
 
 
 def search(
@@ -126,28 +126,28 @@ def search(
         before: the posterior of the same readings, with fewer simulations.
         changed: sets of causes that were simulated since; fits without any are those of before.
     """
-    every, names, own = problem.levels, tuple(problem.numbers), problem.nuisance_count
+    every, names, count = problem.levels, tuple(problem.numbers), problem.nuisance_count
     modes: dict[Key, Sequence[MapFit]] = {}
     zeta: dict[Key, np.ndarray] = {}
-    known = {} if before is None else before.modes
+    older = {} if before is None else before.modes
 
     def fit(subset: Subset, starts: Mapping[float, Sequence[np.ndarray]]) -> None:
-        found = {} if any({*subset} >= {*each} for each in changed) else {
-            (subset, level): known[subset, level] for level in starts if (subset, level) in known
+        fitted = {} if any({*subset} >= {*causes} for causes in changed) else {
+            (subset, level): older[subset, level] for level in starts if (subset, level) in older
         }  # fmt: skip
-        missing = {level: each for level, each in starts.items() if (subset, level) not in found}
-        found |= _fits(every, subset, missing, SETTLED) if missing else {}
-        modes.update(found)
-        for key, own in found.items():
-            zeta[key] = max(own, key=lambda mode: mode.log_evidence).zeta
+        missing = {level: at for level, at in starts.items() if (subset, level) not in fitted}
+        fitted |= _fits(every, subset, missing, SETTLED) if missing else {}
+        modes.update(fitted)
+        for key, candidates in fitted.items():
+            zeta[key] = max(candidates, key=lambda mode: mode.log_evidence).zeta
 
-    start = [np.zeros(own)]
+    start = [np.zeros(count)]
     fit(NONE, dict.fromkeys(every, start))
     for name in names:
         first = _starts(problem, name)
         fit((name,), {level: [np.r_[zeta[NONE, level], z] for z in first] for level in every})
     least = (
-        max(each.log_evidence for fits in modes.values() for each in fits) - problem.policy.hopeless
+        max(mode.log_evidence for fits in modes.values() for mode in fits) - problem.policy.hopeless
     )
     hopeful: dict[Subset, list[float]] = {
         pair: levels for pair in combinations(names, 2)
@@ -157,7 +157,7 @@ def search(
     for pair in _likeliest(every, starts_of):
         # the share that stays is counted without a discrepancy
         fit(pair, dict.fromkeys([0.0, *hopeful[pair]], starts_of[pair]))
-    fits = [each for found in modes.values() for each in found]
+    fits = [mode for group in modes.values() for mode in group]
     return replace(_weighed(fits, every, rng if sample else None), modes=modes)
 
 
@@ -172,24 +172,24 @@ def _fits(
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
     problem = every[0.0].problem
-    policy, found = problem.policy, {(subset, level): list[MapFit]() for level in starts}
+    policy, fits = problem.policy, {(subset, level): list[MapFit]() for level in starts}
     hypothesis = Hypothesis.under([every[level] for level in starts], subset)
-    fresh = {(subset, level): each for level, each in starts.items()}
+    fresh = {(subset, level): at for level, at in starts.items()}
     while fresh:
         new = hypothesis.fits(fresh, settled)
         fresh = {}
         for fit in new:
-            found[subset, fit.level].append(fit)
+            fits[subset, fit.level].append(fit)
             for name, place in problem.implausible.items():
-                far = [each for each in problem.implausible if each in {name, *fit.subset}]
+                far = [other for other in problem.implausible if other in {name, *fit.subset}]
                 key = (*subset, *far), fit.level
-                known = name in fit.subset or key in fresh
+                there = name in fit.subset or key in fresh
                 wide = problem.always[place].prior.wide
-                if not known and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
+                if not there and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
                     policy.matters
                 ):
                     fresh[key] = [fit.zeta, *starts[fit.level]]
-    return found
+    return fits
 
 
 def _log_odds_of_implausible(fit: MapFit, place: int, wide: float, rare: float) -> float:
@@ -221,21 +221,21 @@ def one_at_a_time(
 
     def fitted(subset: Subset, starts: Mapping[float, np.ndarray]) -> None:
         nonlocal best
-        first = {level: [before.get((subset, level), each)] for level, each in starts.items()}
-        for key, told in _fits(every, subset, first, 0.1 * policy.exactly).items():
-            fits.extend(told)
-            before[key] = told[0].zeta
-            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in told))
+        first = {level: [before.get((subset, level), at)] for level, at in starts.items()}
+        for key, new in _fits(every, subset, first, 0.1 * policy.exactly).items():
+            fits.extend(new)
+            before[key] = new[0].zeta
+            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in new))
 
     fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
     bounds = {
-        (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
+        (name,): {level: model.largest((name,)) + prior[level] for level, model in every.items()}
         for name in problem.numbers
     }
     for subset in sorted(bounds, key=lambda names: -max(bounds[names].values())):
-        own = bounds[subset]
+        limits = bounds[subset]
         # the share that stays is counted without a discrepancy
-        most = {level: bound if level else max(own.values()) for level, bound in own.items()}
+        most = {level: bound if level else max(limits.values()) for level, bound in limits.items()}
         likely = [level for level, bound in most.items() if bound > best - far]
         if likely:
             weak = _starts(problem, subset[0])[0]
@@ -273,15 +273,15 @@ def pursued(
         model = problem.levels[fit.level]
         if fit.level not in white:
             white[fit.level] = model.whitened(columns)
-        own, free = white[fit.level], model.whitened(problem.slopes(fit.subset, fit.zeta))
-        rest = problem.value - problem.predicted(fit.subset, fit.zeta)
-        off = model.whitened(rest) + free @ fit.zeta
+        added, free = white[fit.level], model.whitened(problem.slopes(fit.subset, fit.zeta))
+        residual = problem.value - problem.predicted(fit.subset, fit.zeta)
+        off = model.whitened(residual) + free @ fit.zeta
         chosen: list[int] = []
         for _ in range(policy.leading):
-            beside = np.column_stack([free, own[:, chosen]])
-            follow = taken(own, beside)
-            size = np.einsum("nk,nk->k", own, own) - ((beside.T @ own) * follow).sum(axis=0)
-            pull = off @ own - (off @ beside) @ follow
+            beside = np.column_stack([free, added[:, chosen]])
+            follow = taken(added, beside)
+            size = np.einsum("nk,nk->k", added, added) - ((beside.T @ added) * follow).sum(axis=0)
+            pull = off @ added - (off @ beside) @ follow
             gain = 0.5 * pull**2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
             gain[np.isin(of, of[chosen])] = -np.inf
             place = int(np.argmax(gain))
@@ -294,23 +294,23 @@ def pursued(
     return best
 
 
-def searched_again(problem: InferenceProblem, whole: ModelPosterior) -> ModelPosterior:
+def searched_again(problem: InferenceProblem, full: ModelPosterior) -> ModelPosterior:
     """The posterior over causes that were likely before, and parts of likely pairs, by Laplace.
 
     Args:
         problem: the same, with some of the readings.
-        whole: of all readings; fits begin at its numbers.
+        full: of all readings; fits begin at its numbers.
     """
     every = problem.levels
-    likely = [set(each) for each, p in whole.subsets.items() if not each or p > KEPT]
+    likely = [set(subset) for subset, p in full.subsets.items() if not subset or p > KEPT]
     starts: dict[Subset, dict[Key, Sequence[np.ndarray]]] = defaultdict(dict)
-    for fit in whole.fits:
-        if any(set(fit.subset) <= each for each in likely):
+    for fit in full.fits:
+        if any(set(fit.subset) <= names for names in likely):
             starts[problem.causes(fit.subset)][fit.subset, fit.level] = [fit.zeta]
     fits = []
-    for causes, own in starts.items():
-        levels = dict.fromkeys(level for _, level in own)
-        fits += Hypothesis.under([every[level] for level in levels], causes).fits(own)
+    for causes, zetas in starts.items():
+        levels = dict.fromkeys(level for _, level in zetas)
+        fits += Hypothesis.under([every[level] for level in levels], causes).fits(zetas)
     return _weighed(fits, every, None)
 
 
@@ -350,7 +350,7 @@ def _weighed(
 
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
-    box = np.array([[each.low, each.high] for each in problem.numbers[name]])
+    box = np.array([[number.low, number.high] for number in problem.numbers[name]])
     start = problem.policy.start
     ways = [(0, 0.0), *((i, way * start) for i in range(len(box)) for way in (-1, 1))]
     return [np.clip(way * np.eye(len(box))[i], *box.T) for i, way in ways]
@@ -360,27 +360,27 @@ def _starts_of_pair(
     problem: InferenceProblem, pair: Subset, zeta: Mapping[Key, np.ndarray]
 ) -> list[np.ndarray]:
     """Where fits of two causes start: at the fit of one beside a weak other, and at both."""
-    own = problem.nuisance_count
+    n = problem.nuisance_count
     one, other = (zeta[(name,), 0.0] for name in pair)
     weak = [_starts(problem, name)[0] for name in pair]
-    return [np.r_[one, other[own:]], np.r_[one, weak[1]], np.r_[other[:own], weak[0], other[own:]]]
+    return [np.r_[one, other[n:]], np.r_[one, weak[1]], np.r_[other[:n], weak[0], other[n:]]]
 
 
 def _likeliest(
     every: Mapping[float, CovarianceModel], starts: Mapping[Subset, Sequence[np.ndarray]]
 ) -> list[Subset]:
     """The likeliest pairs under any small discrepancy, by coarse fits."""
-    found: dict[Subset, None] = {}
+    likeliest: dict[Subset, None] = {}
     policy = every[0.0].problem.policy
     small = [level for level in every if level <= 0.01]
-    told = defaultdict[float, dict[Subset, float]](dict)
-    for pair, own in starts.items():
+    logs = defaultdict[float, dict[Subset, float]](dict)
+    for pair, points in starts.items():
         pair_fits = Hypothesis.under([every[level] for level in small], pair).fits(
-            {(pair, level): own for level in small}, 0.1 * policy.exactly
+            {(pair, level): points for level in small}, 0.1 * policy.exactly
         )
         for fit in pair_fits:
-            told[fit.level][pair] = fit.log_evidence
-    for by_pair in told.values():
+            logs[fit.level][pair] = fit.log_evidence
+    for by_pair in logs.values():
         order = sorted(by_pair, key=lambda pair: -by_pair[pair])
-        found |= dict.fromkeys(order[: policy.most_fits])
-    return list(found)
+        likeliest |= dict.fromkeys(order[: policy.most_fits])
+    return list(likeliest)
