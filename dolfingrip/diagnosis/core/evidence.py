@@ -330,17 +330,17 @@ class CovarianceModel:
     before: CovarianceModel | None = None
 
     def __post_init__(self) -> None:
-        problem, before = self.problem, self.before
-        if before is None:
+        problem, known = self.problem, self.before
+        if known is None:
             total = problem.covariance + self.level**2 * problem.kernel
             self._lower = scipy.linalg.cholesky(total, lower=True)
             first = np.column_stack([problem.value, problem.linear])
             self._white: dict[Subset | str, np.ndarray] = {"": self.whitened(first)}
         else:
-            self._lower, self._white = before._lower, dict(before._white)
-        for causes, blend in problem.blends.items():
-            if before is None or before.problem.blends.get(causes) is not blend:
-                self._white[causes] = self.whitened(blend.columns)
+            self._lower, self._white = known._lower, dict(known._white)
+        for causes, each in problem.blends.items():
+            if known is None or known.problem.blends.get(causes) is not each:
+                self._white[causes] = self.whitened(each.columns)
         self.before = None
         log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
         self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
@@ -360,12 +360,12 @@ class CovarianceModel:
 
     def read(self, value: np.ndarray) -> CovarianceModel:
         """Return the model of other readings y, shape (n,), by the same columns."""
-        model = copy(self)
-        model.problem = replace(self.problem, value=value)
-        model._white = dict(self._white)
-        model._white[""] = np.column_stack([self.whitened(value), self._white[""][:, 1:]])
-        model._grams = {key: gram for key, gram in self._grams.items() if "" not in key}
-        return model
+        found = copy(self)
+        found.problem = replace(self.problem, value=value)
+        found._white = dict(self._white)
+        found._white[""] = np.column_stack([self.whitened(value), self._white[""][:, 1:]])
+        found._grams = {key: each for key, each in self._grams.items() if "" not in key}
+        return found
 
     def gram(self, subset: Subset) -> np.ndarray:
         """G of a hypothesis: of readings, linear numbers, and the blends of its parts."""
@@ -374,16 +374,16 @@ class CovarianceModel:
 
     def _product(self, one: Subset | str, other: Subset | str) -> np.ndarray:
         if (one, other) not in self._grams:
-            gram = self._white[one].T @ self._white[other]
-            self._grams[one, other], self._grams[other, one] = gram, gram.T
+            found = self._white[one].T @ self._white[other]
+            self._grams[one, other], self._grams[other, one] = found, found.T
         return self._grams[one, other]
 
     def largest(self, subset: Subset) -> float:
         """ln of the largest likelihood of any change within the columns of causes."""
         gram = self.gram(subset)
         inner = gram[1:, 1:] + np.diag(1e-9 * np.diag(gram)[1:] + 1e-12)
-        explained = gram[1:, 0] @ np.linalg.solve(inner, gram[1:, 0])
-        return -0.5 * float(gram[0, 0] - explained + self.log_det)
+        found = gram[1:, 0] @ np.linalg.solve(inner, gram[1:, 0])
+        return -0.5 * float(gram[0, 0] - found + self.log_det)
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance alone."""
@@ -443,7 +443,7 @@ class Products:
         Args:
             every: of one hypothesis.
         """
-        return cls(np.array([o.gram for o in every]), np.array([o.log_det for o in every]))
+        return cls(np.array([own.gram for own in every]), np.array([o.log_det for o in every]))
 
     def of(self, which: np.ndarray) -> Products:
         """Return some of those that are stacked.
@@ -476,7 +476,7 @@ class Hypothesis:
             every: the covariances.
             subset: the causes.
         """
-        return cls(every[0].problem, subset, {model.level: model for model in every})
+        return cls(every[0].problem, subset, {each.level: each for each in every})
 
     def __post_init__(self) -> None:
         problem = self.problem
@@ -486,13 +486,13 @@ class Hypothesis:
         tails = problem.tail(self.subset)
         self._tail = np.r_[np.ones(problem.nuisance_count), tails]
         self._policy = problem.policy
-        grams = {level: model.gram(self.subset) for level, model in self.levels.items()}
-        self._products = {k: Products(grams[k], model.log_det) for k, model in self.levels.items()}
+        grams = {level: each.gram(self.subset) for level, each in self.levels.items()}
+        self._products = {k: Products(grams[k], each.log_det) for k, each in self.levels.items()}
 
     def _width(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of ζ where some numbers are implausible, (d,)."""
-        widths = self.problem.widths(subset)
-        return np.r_[widths, np.ones(len(self._tail) - len(widths))]
+        own = self.problem.widths(subset)
+        return np.r_[own, np.ones(len(self._tail) - len(own))]
 
     def _prior(self, zeta: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """−ln of the prior's density, but for ½ ln 2π a number, and each one's precision there."""
@@ -506,9 +506,9 @@ class Hypothesis:
         linear = np.arange(self.problem.simulated_count, self.problem.nuisance_count)
         value[:, 1 : self._rows[0].stop] = -zeta[:, linear]
         slopes[:, np.arange(1, self._rows[0].stop), linear] = -1.0
-        for (_, blend, which), rows in zip(self._parts, self._rows[1:], strict=True):
-            g, dg = blend.with_slopes(zeta[:, which])
-            value[:, rows], slopes[:, rows, which] = -g, -dg
+        for (_, blend, own), rows in zip(self._parts, self._rows[1:], strict=True):
+            g, dg = blend.with_slopes(zeta[:, own])
+            value[:, rows], slopes[:, rows, own] = -g, -dg
         return value, slopes
 
     def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, float]:
@@ -518,8 +518,8 @@ class Hypothesis:
             zeta: shape (places, d).
             level: of the discrepancy.
         """
-        b, products = self._factors(zeta)[0], self._products[level]
-        return np.einsum("pi,ij,pj->p", b, products.gram, b, optimize=True), float(products.log_det)
+        b, own = self._factors(zeta)[0], self._products[level]
+        return np.einsum("pi,ij,pj->p", b, own.gram, b, optimize=True), float(own.log_det)
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = SETTLED) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add, at the first level.
@@ -539,10 +539,10 @@ class Hypothesis:
             starts: values of ζ by the level and by the causes with what is implausible beside them.
             settled: ln of probability that the last step gains at most.
         """
-        counts = [len(points) for points in starts.values()]
+        counts = [len(each) for each in starts.values()]
         widths = np.array([self._width(subset) for subset, _ in starts])
         products = Products.stacked([self._products[level] for _, level in starts])
-        first = np.vstack([point for points in starts.values() for point in points])
+        first = np.vstack([each for own in starts.values() for each in own])
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
         best, logs, far = [], [], self._policy.unlikely
@@ -555,17 +555,17 @@ class Hypothesis:
                     apart and every.value[place] < every.value[modes[0]] + self._policy.hopeless
                 ):
                     modes.append(int(place))
-            evidence = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
-            best.append(modes[int(np.argmax(evidence))])
-            logs.append(float(np.logaddexp.reduce(evidence)))
-        fitted = zip(
+            own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
+            best.append(modes[int(np.argmax(own))])
+            logs.append(float(np.logaddexp.reduce(own)))
+        told = zip(
             starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
             self._strengths([subset for subset, _ in starts], every.zeta[best], products, widths),
             strict=True,
         )  # fmt: skip
         return [
             MapFit(subset, level, log, zeta, hessian, misfit, strengths, self._policy.visible)
-            for (subset, level), log, zeta, hessian, misfit, strengths in fitted
+            for (subset, level), log, zeta, hessian, misfit, strengths in told
         ]
 
     def _at(self, zeta: np.ndarray, products: Products, width: np.ndarray) -> _Places:
@@ -627,9 +627,9 @@ class Hypothesis:
             tried = self._at(there, products.of(which[at]), width[which[at]])
             gain = here.value[at] - tried.value
             better, moved = gain > 0, there - here.zeta[at]
-            predicted = -(here.gradient[at] * moved).sum(axis=1)
-            predicted -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
-            part = np.clip(gain / np.maximum(predicted, 1e-12), 0.0, 1.0)
+            told = -(here.gradient[at] * moved).sum(axis=1)
+            told -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
+            part = np.clip(gain / np.maximum(told, 1e-12), 0.0, 1.0)
             turned = 2 * part - 1
             easier = np.maximum(0.5, 1 - turned * turned**2)
             damping[at] *= np.where(better, easier, harder[at])
@@ -648,11 +648,11 @@ class Hypothesis:
         """
         b, slopes = self._factors(zeta)
         gram = products.gram
-        nuisances = slice(0, self.problem.nuisance_count)
-        free = slopes[..., nuisances]
+        own = slice(0, self.problem.nuisance_count)
+        free = slopes[..., own]
         along = free.transpose(0, 2, 1)
-        inner = along @ gram @ free + width[:, nuisances, None] ** -2 * np.eye(nuisances.stop)
-        sizes = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
+        inner = along @ gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
+        found = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
         for (causes, *_), rows in zip(self._parts, self._rows[1:], strict=True):
             if len(causes) == 1:
                 (name,) = causes
@@ -660,9 +660,9 @@ class Hypothesis:
                 cross = along @ pull
                 left = (pull[:, rows, 0] * b[:, rows]).sum(axis=1)
                 left -= (cross * np.linalg.solve(inner, cross)).sum(axis=(1, 2))
-                sizes[name] = np.sqrt(np.maximum(left, 0.0))
+                found[name] = np.sqrt(np.maximum(left, 0.0))
         return [
-            tuple(float(sizes[name][row]) for name in subset) for row, subset in enumerate(subsets)
+            tuple(float(found[name][row]) for name in subset) for row, subset in enumerate(subsets)
         ]
 
     def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:
@@ -679,11 +679,11 @@ class Hypothesis:
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
-        sample = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
-        if sample is None:
+        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
+        if found is None:
             return fit
-        draws = sample.places, sample.weights
-        return replace(fit, log_evidence=sample.log_integral, draws=draws)
+        draws = found.places, found.weights
+        return replace(fit, log_evidence=found.log_integral, draws=draws)
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,28 +126,28 @@ def search(
         before: the posterior of the same readings, with fewer simulations.
         changed: sets of causes that were simulated since; fits without any are those of before.
     """
-    every, names, count = problem.levels, tuple(problem.numbers), problem.nuisance_count
+    every, names, own = problem.levels, tuple(problem.numbers), problem.nuisance_count
     modes: dict[Key, Sequence[MapFit]] = {}
     zeta: dict[Key, np.ndarray] = {}
-    older = {} if before is None else before.modes
+    known = {} if before is None else before.modes
 
     def fit(subset: Subset, starts: Mapping[float, Sequence[np.ndarray]]) -> None:
-        fitted = {} if any({*subset} >= {*causes} for causes in changed) else {
-            (subset, level): older[subset, level] for level in starts if (subset, level) in older
+        found = {} if any({*subset} >= {*each} for each in changed) else {
+            (subset, level): known[subset, level] for level in starts if (subset, level) in known
         }  # fmt: skip
-        missing = {level: at for level, at in starts.items() if (subset, level) not in fitted}
-        fitted |= _fits(every, subset, missing, SETTLED) if missing else {}
-        modes.update(fitted)
-        for key, candidates in fitted.items():
-            zeta[key] = max(candidates, key=lambda mode: mode.log_evidence).zeta
+        missing = {level: each for level, each in starts.items() if (subset, level) not in found}
+        found |= _fits(every, subset, missing, SETTLED) if missing else {}
+        modes.update(found)
+        for key, own in found.items():
+            zeta[key] = max(own, key=lambda each: each.log_evidence).zeta
 
-    start = [np.zeros(count)]
+    start = [np.zeros(own)]
     fit(NONE, dict.fromkeys(every, start))
     for name in names:
         first = _starts(problem, name)
         fit((name,), {level: [np.r_[zeta[NONE, level], z] for z in first] for level in every})
     least = (
-        max(mode.log_evidence for fits in modes.values() for mode in fits) - problem.policy.hopeless
+        max(each.log_evidence for fits in modes.values() for each in fits) - problem.policy.hopeless
     )
     hopeful: dict[Subset, list[float]] = {
         pair: levels for pair in combinations(names, 2)
@@ -157,7 +157,7 @@ def search(
     for pair in _likeliest(every, starts_of):
         # the share that stays is counted without a discrepancy
         fit(pair, dict.fromkeys([0.0, *hopeful[pair]], starts_of[pair]))
-    fits = [mode for group in modes.values() for mode in group]
+    fits = [each for found in modes.values() for each in found]
     return replace(_weighed(fits, every, rng if sample else None), modes=modes)
 
 
@@ -172,24 +172,24 @@ def _fits(
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
     problem = every[0.0].problem
-    policy, fits = problem.policy, {(subset, level): list[MapFit]() for level in starts}
+    policy, found = problem.policy, {(subset, level): list[MapFit]() for level in starts}
     hypothesis = Hypothesis.under([every[level] for level in starts], subset)
-    fresh = {(subset, level): at for level, at in starts.items()}
+    fresh = {(subset, level): each for level, each in starts.items()}
     while fresh:
         new = hypothesis.fits(fresh, settled)
         fresh = {}
         for fit in new:
-            fits[subset, fit.level].append(fit)
+            found[subset, fit.level].append(fit)
             for name, place in problem.implausible.items():
-                far = [other for other in problem.implausible if other in {name, *fit.subset}]
+                far = [each for each in problem.implausible if each in {name, *fit.subset}]
                 key = (*subset, *far), fit.level
-                there = name in fit.subset or key in fresh
+                known = name in fit.subset or key in fresh
                 wide = problem.always[place].prior.wide
-                if not there and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
+                if not known and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
                     policy.matters
                 ):
                     fresh[key] = [fit.zeta, *starts[fit.level]]
-    return fits
+    return found
 
 
 def _log_odds_of_implausible(fit: MapFit, place: int, wide: float, rare: float) -> float:
@@ -221,21 +221,21 @@ def one_at_a_time(
 
     def fitted(subset: Subset, starts: Mapping[float, np.ndarray]) -> None:
         nonlocal best
-        first = {level: [before.get((subset, level), at)] for level, at in starts.items()}
-        for key, new in _fits(every, subset, first, 0.1 * policy.exactly).items():
-            fits.extend(new)
-            before[key] = new[0].zeta
-            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in new))
+        first = {level: [before.get((subset, level), each)] for level, each in starts.items()}
+        for key, told in _fits(every, subset, first, 0.1 * policy.exactly).items():
+            fits.extend(told)
+            before[key] = told[0].zeta
+            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in told))
 
     fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
     bounds = {
-        (name,): {level: model.largest((name,)) + prior[level] for level, model in every.items()}
+        (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
         for name in problem.numbers
     }
-    for subset in sorted(bounds, key=lambda names: -max(bounds[names].values())):
-        limits = bounds[subset]
+    for subset in sorted(bounds, key=lambda each: -max(bounds[each].values())):
+        own = bounds[subset]
         # the share that stays is counted without a discrepancy
-        most = {level: bound if level else max(limits.values()) for level, bound in limits.items()}
+        most = {level: bound if level else max(own.values()) for level, bound in own.items()}
         likely = [level for level, bound in most.items() if bound > best - far]
         if likely:
             weak = _starts(problem, subset[0])[0]
@@ -294,23 +294,23 @@ def pursued(
     return best
 
 
-def searched_again(problem: InferenceProblem, full: ModelPosterior) -> ModelPosterior:
+def searched_again(problem: InferenceProblem, whole: ModelPosterior) -> ModelPosterior:
     """The posterior over causes that were likely before, and parts of likely pairs, by Laplace.
 
     Args:
         problem: the same, with some of the readings.
-        full: of all readings; fits begin at its numbers.
+        whole: of all readings; fits begin at its numbers.
     """
     every = problem.levels
-    likely = [set(subset) for subset, p in full.subsets.items() if not subset or p > KEPT]
+    likely = [set(each) for each, p in whole.subsets.items() if not each or p > KEPT]
     starts: dict[Subset, dict[Key, Sequence[np.ndarray]]] = defaultdict(dict)
-    for fit in full.fits:
-        if any(set(fit.subset) <= names for names in likely):
+    for fit in whole.fits:
+        if any(set(fit.subset) <= each for each in likely):
             starts[problem.causes(fit.subset)][fit.subset, fit.level] = [fit.zeta]
     fits = []
-    for causes, zetas in starts.items():
-        levels = dict.fromkeys(level for _, level in zetas)
-        fits += Hypothesis.under([every[level] for level in levels], causes).fits(zetas)
+    for causes, own in starts.items():
+        levels = dict.fromkeys(level for _, level in own)
+        fits += Hypothesis.under([every[level] for level in levels], causes).fits(own)
     return _weighed(fits, every, None)
 
 
@@ -370,17 +370,17 @@ def _likeliest(
     every: Mapping[float, CovarianceModel], starts: Mapping[Subset, Sequence[np.ndarray]]
 ) -> list[Subset]:
     """The likeliest pairs under any small discrepancy, by coarse fits."""
-    likeliest: dict[Subset, None] = {}
+    found: dict[Subset, None] = {}
     policy = every[0.0].problem.policy
     small = [level for level in every if level <= 0.01]
-    logs = defaultdict[float, dict[Subset, float]](dict)
-    for pair, points in starts.items():
+    told = defaultdict[float, dict[Subset, float]](dict)
+    for pair, own in starts.items():
         pair_fits = Hypothesis.under([every[level] for level in small], pair).fits(
-            {(pair, level): points for level in small}, 0.1 * policy.exactly
+            {(pair, level): own for level in small}, 0.1 * policy.exactly
         )
         for fit in pair_fits:
-            logs[fit.level][pair] = fit.log_evidence
-    for by_pair in logs.values():
+            told[fit.level][pair] = fit.log_evidence
+    for by_pair in told.values():
         order = sorted(by_pair, key=lambda pair: -by_pair[pair])
-        likeliest |= dict.fromkeys(order[: policy.most_fits])
-    return list(likeliest)
+        found |= dict.fromkeys(order[: policy.most_fits])
+    return list(found)
