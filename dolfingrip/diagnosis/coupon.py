@@ -44,12 +44,12 @@ def in_closed_form(measurement: Measurement, config: Config) -> bool:
         config: the model that is diagnosed.
     """
     applied = measurement.applied(config)
-    known = {FORCE.name, TRANSVERSE_STRAIN.name}
-    return set(measurement.listed["column"]) <= known and all(
+    columns = {FORCE.name, TRANSVERSE_STRAIN.name}
+    return set(measurement.listed["column"]) <= columns and all(
         test.experiment == "coupon"
-        and own.coupon.grip != "clamped"
-        and not any(effect.shears_bars for effect in own.extensions.active())
-        for test, own in zip(measurement.tests, applied, strict=True)
+        and one.coupon.grip != "clamped"
+        and not any(effect.shears_bars for effect in one.extensions.active())
+        for test, one in zip(measurement.tests, applied, strict=True)
     )
 
 
@@ -92,13 +92,13 @@ class CouponSimulation:
     @cached_property
     def rig(self) -> Sequence[Nuisance]:
         """Numbers that the laboratory told a deviation of by their key."""
-        found = []
+        numbers = []
         for key, std in self.measurement.tests[0].setup.nuisances.items():
             if "." in key and std:
                 moved = self._displayed({}, self._solved({}, {}, {key: std}))[0]
                 number = Unknown.marginal(key, std, named(key).unit)
-                found.append(Nuisance(number, moved - self.base.readings))
-        return found
+                numbers.append(Nuisance(number, moved - self.base.readings))
+        return numbers
 
     def free(self, point: Point) -> Point | None:
         """Return nothing: any other numbers are another simulation."""
@@ -117,15 +117,15 @@ class CouponSimulation:
         together = defaultdict[Subset, list[int]](list)
         for place, point in enumerate(points):
             together[tuple(cause.name for cause, _ in point.causes)].append(place)
-        found: list[Tangents | None] = [None] * len(points)
-        for own in together.values():
-            causes = [cause for cause, _ in points[own[0]].causes]
-            zeta = np.array([[z for _, z in points[place].numbers] for place in own])
-            told = self.tangents(causes, zeta, [points[place] for place in own])
-            for place, each in zip(own, told, strict=True):
-                if np.isfinite(each.told).all():
-                    found[place] = each
-        return found
+        answers: list[Tangents | None] = [None] * len(points)
+        for group in together.values():
+            causes = [cause for cause, _ in points[group[0]].causes]
+            zeta = np.array([[z for _, z in points[place].numbers] for place in group])
+            runs = self.tangents(causes, zeta, [points[place] for place in group])
+            for place, run in zip(group, runs, strict=True):
+                if np.isfinite(run.told).all():
+                    answers[place] = run
+        return answers
 
     def tangents(
         self, causes: Sequence[Cause], zeta: np.ndarray, points: Sequence[Point]
@@ -142,17 +142,17 @@ class CouponSimulation:
         step = np.where(zeta + STEP > box[:, 1], -STEP, STEP)
         moved = np.concatenate([np.zeros((count, 1, d)), step[:, :, None] * np.eye(d)], axis=1)
         every = (zeta[:, None] + moved).reshape(count * (1 + d), d)
-        told = self._readings(causes, every).reshape(count, 1 + d, -1)
-        by = (told[:, 1:] - told[:, :1]) / step[:, :, None]
-        scaled, found = in_proportion(self.measurement), []
-        for point, (value, *_), slopes in zip(points, told, by, strict=True):
+        readings = self._readings(causes, every).reshape(count, 1 + d, -1)
+        by = (readings[:, 1:] - readings[:, :1]) / step[:, :, None]
+        scaled, tangents = in_proportion(self.measurement), []
+        for point, (value, *_), slopes in zip(points, readings, by, strict=True):
             c = np.where(scaled, point.moduli, 1.0)
             numbers = [n.coordinate(np.array(z))[1] for n, z in point.numbers]
             by_u = slopes / np.array(numbers).reshape(-1, 1)
             by_c = point.factor.coordinate_of(point.moduli)[1] * np.where(scaled, value, 0.0)
-            own = np.column_stack([c * value, by_c, *(c * each for each in by_u)])
-            found.append(Tangents(point.u, own[None]))
-        return found
+            columns = np.column_stack([c * value, by_c, *(c * slope for slope in by_u)])
+            tangents.append(Tangents(point.u, columns[None]))
+        return tangents
 
     def _readings(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         """(places, n) readings with some effects; NaN without equilibrium.
@@ -173,17 +173,17 @@ class CouponSimulation:
 
     def _many(self, values: Change, count: int) -> np.ndarray:
         """(places, n) readings at values by key; arrays hold one for each place, (places, …)."""
-        along = {key: each for key, each in values.items() if isinstance(each, np.ndarray)}
+        along = {key: array for key, array in values.items() if isinstance(array, np.ndarray)}
         material = {
             key for key in values
             if not key.startswith("extensions.") or issubclass(effect(key.split(".")[1]), Energetic)
         }  # fmt: skip
         every = [
-            {**values, **{key: each[place].tolist() for key, each in along.items()}}
+            {**values, **{key: array[place].tolist() for key, array in along.items()}}
             for place in range(1 if material >= along.keys() else count)
         ]
-        own = {key: each for key, each in along.items() if key in material}
-        solved = self._solved(every[0], own) if material else self._plain
+        parameters = {key: array for key, array in along.items() if key in material}
+        solved = self._solved(every[0], parameters) if material else self._plain
         if len(every) < count:
             return self._displayed(every[0], solved)
         shown = []
@@ -202,7 +202,7 @@ class CouponSimulation:
         moved: Mapping[str, float] = NO_CHANGE,
     ) -> Solved:
         """True readings at each group's stops, (places, stops) by column."""
-        found = []
+        solved = []
         for group in self.groups:
             config = changed(group.config, overrides)
             places = {key: named(key).value(config) + by for key, by in moved.items()}
@@ -214,8 +214,8 @@ class CouponSimulation:
             )
             width = np.where(np.isfinite(pulled.stress_MPa), pulled.across - 1, np.nan)
             force_N = pulled.stress_MPa * coupon.area_mm2
-            found.append((group, {FORCE.name: force_N, TRANSVERSE_STRAIN.name: width}))
-        return found
+            solved.append((group, {FORCE.name: force_N, TRANSVERSE_STRAIN.name: width}))
+        return solved
 
     def _displayed(self, overrides: Change, solved: Solved) -> np.ndarray:
         """(places, n) what the instruments show."""
@@ -266,36 +266,34 @@ def analyse_coupons(
         )
     off, policy = errors_of(simulation), measurement.policy
     seen = [
-        each for each in off.shared
-        if np.abs(each.change / off.noise).max(initial=0.0) > policy.invisible
+        number for number in off.shared
+        if np.abs(number.change / off.noise).max(initial=0.0) > policy.invisible
     ]  # fmt: skip
     setups = [test.setup.nuisances for test in measurement.tests]
-    std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
+    std = float(max(np.hypot(setup["modulus"], setup["coupon_area"]) for setup in setups))
     reach = float(np.log(1000) / max(std, 0.01))  # moduli scale exactly
     factor = factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area"))
-    rest = off.without([each.name for each in seen])
-    felt = {
-        each.name: each for each in causes if effect(each.name).felt_on(EXPERIMENTS["coupon"].parts)
-    }
+    remaining = off.without([number.name for number in seen])
+    felt = {c.name: c for c in causes if effect(c.name).felt_on(EXPERIMENTS["coupon"].parts)}
     runs = {name: first for name, cause in felt.items()
             if (first := _first(simulation, cause, factor, off.noise)) is not None}  # fmt: skip
     (plain,) = simulation.at([Point(factor, 0.0)])
     assert plain is not None
     problem = InferenceProblem(
         measurement.listed["value"].to_numpy(), base, off.noise,
-        (factor, *(_rig_number(each, policy.reach) for each in seen)),
-        np.column_stack([np.zeros((len(base), 0)), *(each.change for each in seen)]),
-        {name: felt[name].numbers for name in runs}, rest.covariance, kernel(off.along),
+        (factor, *(_rig_number(number, policy.reach) for number in seen)),
+        np.column_stack([np.zeros((len(base), 0)), *(number.change for number in seen)]),
+        {name: felt[name].numbers for name in runs}, remaining.covariance, kernel(off.along),
         policy=policy,
-    ).beside([(NONE, plain), *(((name,), own) for name, own in runs.items())])  # fmt: skip
-    unseen = tuple(each.name for each in causes if each.name not in runs)
-    return Analysis(problem, {name: felt[name] for name in runs}, rest, simulation, unseen)
+    ).beside([(NONE, plain), *(((name,), run) for name, run in runs.items())])  # fmt: skip
+    unseen = tuple(c.name for c in causes if c.name not in runs)
+    return Analysis(problem, {name: felt[name] for name in runs}, remaining, simulation, unseen)
 
 
-def _rig_number(each: Nuisance, reach: float) -> Unknown:
+def _rig_number(nuisance: Nuisance, reach: float) -> Unknown:
     """A number of the rig that is fitted, and may be far off."""
-    fitted = replace(each.unknown, low=-reach, high=reach)
-    return replace(fitted, role="always", names=(each.name,))
+    fitted = replace(nuisance.unknown, low=-reach, high=reach)
+    return replace(fitted, role="always", names=(nuisance.name,))
 
 
 def _first(
@@ -304,14 +302,14 @@ def _first(
     """Simulations of a cause all over its prior; None where no reading feels it."""
     box, policy = cause.box(), simulation.measurement.policy
     zeta = places(box, policy.training[min(len(box), len(policy.training)) - 1])
-    points = [Point(factor, 0.0, (), ((cause, each),)) for each in zeta]
-    known = Tangents.stacked(simulation.tangents([cause], zeta, points))
-    solved = np.isfinite(known.told).all(axis=(1, 2))
-    found = Tangents(known.u[solved], known.told[solved])
-    sizes = (found.told[..., 0] - simulation.base.readings) / noise
+    points = [Point(factor, 0.0, (), ((cause, z),)) for z in zeta]
+    runs = Tangents.stacked(simulation.tangents([cause], zeta, points))
+    solved = np.isfinite(runs.told).all(axis=(1, 2))
+    kept = Tangents(runs.u[solved], runs.told[solved])
+    sizes = (kept.told[..., 0] - simulation.base.readings) / noise
     if (
-        len(found.u) < 2 * len(box) + 2
+        len(kept.u) < 2 * len(box) + 2
         or np.sqrt(np.square(sizes).mean(axis=1)).max() < policy.invisible
     ):
         return None
-    return found
+    return kept

@@ -82,14 +82,14 @@ def diagnose(
     measurement, notes = measured.selected(measured.read(files, config, settings.policy), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
-        found = diagnose_measurement(measurement, config, workers, settings)
-        found.simulated_s = sum(workers.spent_s.values())
-        named = found.decision.answer == "cause"
+        diagnosis = diagnose_measurement(measurement, config, workers, settings)
+        diagnosis.simulated_s = sum(workers.spent_s.values())
+        named = diagnosis.decision.answer == "cause"
         if settings.campaign and named and not settings.quick:
             settings.say("computing the campaign's best designs with the extended model")
-            _compare_downstream(found, settings.campaign, out / "campaign", workers)
-    found.warnings = [*notes, *found.warnings]
-    return found
+            _compare_downstream(diagnosis, settings.campaign, out / "campaign", workers)
+    diagnosis.warnings = [*notes, *diagnosis.warnings]
+    return diagnosis
 
 
 def diagnose_measurement(
@@ -112,31 +112,31 @@ def diagnose_measurement(
     for doubt in doubts:
         say(f"check the data first: {slip_words(doubt)}")
     analysis = analyse(measurement, config, workers, settings.effects, say, quick=quick)
-    told = analysis.configured
-    shown = np.where(np.isfinite(told), told, analysis.problem.base)
+    configured = analysis.configured
+    shown = np.where(np.isfinite(configured), configured, analysis.problem.base)
     for doubt in slips(suspicions(analysis.measurement, shown)):
         if doubt not in doubts:
             say(f"check the data first: {slip_words(doubt)}")
             doubts.append(doubt)
-    found = diagnosed(analysis, config, quick=quick, say=say)
-    found.slips = doubts
-    outside = found.analysis.specimens_apart() if settings.specimens else None
+    diagnosis = diagnosed(analysis, config, quick=quick, say=say)
+    diagnosis.slips = doubts
+    outside = diagnosis.analysis.specimens_apart() if settings.specimens else None
     if outside is not None:
         say(f"diagnosing without {' and '.join(outside.names)}, apart from the other specimens")
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}
         alone = replace(settings, quick=True, specimens=False)
-        rest = diagnose_measurement(measurement.of(others), config, workers, alone)
+        second = diagnose_measurement(measurement.of(others), config, workers, alone)
         odds = float(np.exp(min(outside.log_odds, 100.0)))
-        found.apart = SpecimensApart(specimens=outside.names, odds=odds, without=rest.verdict)
-    found.warnings = [*measurement.warnings]
-    whole = not quick and found.decision.answer == "cause"
-    if whole:
+        diagnosis.apart = SpecimensApart(specimens=outside.names, odds=odds, without=second.verdict)
+    diagnosis.warnings = [*measurement.warnings]
+    thorough = not quick and diagnosis.decision.answer == "cause"
+    if thorough:
         say("measuring the gain on readings that are left out")
-        found.held_out = held_out(found.analysis, found.posterior)
+        diagnosis.held_out = held_out(diagnosis.analysis, diagnosis.posterior)
     say("looking for what would settle it")
-    found.next, failed = settled_by(found, say, simulating=whole)
-    found.warnings += failed
-    return found
+    diagnosis.next, failed = settled_by(diagnosis, say, simulating=thorough)
+    diagnosis.warnings += failed
+    return diagnosis
 
 
 def analyse(
@@ -169,11 +169,12 @@ def analyse(
     return analyse_fingers(measurement, config, workers, causes, names, say, quick=quick)
 
 
-def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:
+def _compare_downstream(diagnosis: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:
     try:
         with workers.pool() as pool:
-            found.downstream = compare(
-                folder, found.config, found.extended(found.decision.best), out, pool, found.policy
+            extended = diagnosis.extended(diagnosis.decision.best)
+            diagnosis.downstream = compare(
+                folder, diagnosis.config, extended, out, pool, diagnosis.policy
             )
     except ConfigError as error:
-        found.warnings.append(f"--campaign {folder}: {error}")
+        diagnosis.warnings.append(f"--campaign {folder}: {error}")

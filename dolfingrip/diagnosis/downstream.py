@@ -52,8 +52,8 @@ def compare(
         )
     leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[: policy.leading]
     designs = [from_dict(row["arguments"]["config"]) for row in leading]
-    others = [_extended(each, config, extended) for each in (base, *designs)]
-    after = _forces([_job(leading[0], each) for each in others], out / "extended", pool)
+    others = [_extended(design, config, extended) for design in (base, *designs)]
+    after = _forces([_job(leading[0], other) for other in others], out / "extended", pool)
     before = _forces([_job(leading[0], base)], out / "configured", pool)
     first, original = before[0], after[0]
     if first is None or original is None:
@@ -84,26 +84,26 @@ def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     return facts, rows
 
 
-def _extended(base: Config, config: Config, own: Config) -> Config:
+def _extended(base: Config, config: Config, extended: Config) -> Config:
     """The campaign's configuration with the cause; its modulus by the fitted factor."""
-    factor = own.material.shear_MPa / config.material.shear_MPa
-    own_effects = own.extensions.model_dump(mode="json", exclude_none=True)
-    known = config.extensions.model_dump(mode="json", exclude_none=True)
-    effects = {name: table for name, table in own_effects.items() if known.get(name) != table}
+    factor = extended.material.shear_MPa / config.material.shear_MPa
+    own_effects = extended.extensions.model_dump(mode="json", exclude_none=True)
+    before = config.extensions.model_dump(mode="json", exclude_none=True)
+    effects = {name: table for name, table in own_effects.items() if before.get(name) != table}
     return changed(base, scaled(base, factor)).changed(extensions=effects)
 
 
 def _outputs(row: Data) -> dict[str, float]:
     """Quantities of a design that is done."""
-    found: dict[str, float] = row["result"]["outputs"]
-    return found
+    quantities: dict[str, float] = row["result"]["outputs"]
+    return quantities
 
 
 def _job(row: Data, config: Config) -> Job:
     """A campaign's job, of another configuration."""
     plain = config.model_dump(mode="json")
-    own = {"config": plain, "quantities": [COG, FORCE.name], "gradients": None}
-    arguments = {**row["arguments"], **own}
+    other = {"config": plain, "quantities": [COG, FORCE.name], "gradients": None}
+    arguments = {**row["arguments"], **other}
     content = {"function": row["function"], **arguments, "config": felt(config)}
     return Job(content_key(content), row["function"], arguments)
 
@@ -113,5 +113,5 @@ def _forces(jobs: Sequence[Job], out: Path, pool: Pool) -> list[float | None]:
     run(list({job.key: job for job in jobs}.values()), out, pool, same(function=jobs[0].function))
     with Store(out) as store:
         rows = {row["key"]: row for row in store.rows()}
-    found = [rows[job.key] for job in jobs]
-    return [_outputs(row)[FORCE.name] if row["status"] == "done" else None for row in found]
+    of_jobs = [rows[job.key] for job in jobs]
+    return [_outputs(row)[FORCE.name] if row["status"] == "done" else None for row in of_jobs]

@@ -137,14 +137,14 @@ class FingerSimulation:
     @property
     def rig(self) -> Sequence[Nuisance]:
         """Numbers of rig and body by which the readings change, too."""
-        found = nuisances(self.measurement, self.base)
-        return [replace(each, change=np.nan_to_num(each.change)) for each in found]
+        numbers = nuisances(self.measurement, self.base)
+        return [replace(number, change=np.nan_to_num(number.change)) for number in numbers]
 
     def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
         """Return what the rig's numbers change about another measurement; the plate is set anew."""
         other = self.of(measurement, known_mesh=known_mesh)
         anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
-        return [each for each in other.rig if each.name.partition(" at ")[0] not in anew]
+        return [number for number in other.rig if number.name.partition(" at ")[0] not in anew]
 
     def free(self, point: Point) -> Point | None:
         """Return the start with errors of instruments, which follow from its simulation."""
@@ -161,15 +161,15 @@ class FingerSimulation:
     def at(self, points: Sequence[Point]) -> list[Tangents | None]:
         """Simulate other numbers, with exact derivatives; None where readings are not reached."""
         planned = [[*self._variants(point)] for point in points]
-        flat = [each for row in planned for each in row]
-        told = iter(simulate(self.measurement, self.config, flat, self.workers))
-        found: list[Tangents | None] = []
+        flat = [variant for row in planned for variant in row]
+        simulated = iter(simulate(self.measurement, self.config, flat, self.workers))
+        answers: list[Tangents | None] = []
         for point, row in zip(points, planned, strict=True):
-            runs = [run for _ in row for run in next(told).runs]
+            runs = [run for _ in row for run in next(simulated).runs]
             tangents = self._told(point, runs)
             solved = np.isfinite(tangents.told[0, :, 0]).all()
-            found.append(tangents if solved else None)
-        return found
+            answers.append(tangents if solved else None)
+        return answers
 
     def plain(self, point: Point) -> Tangents:
         """The model without causes at its start, which is a point."""
@@ -191,35 +191,35 @@ class FingerSimulation:
         wanted = tuple(n.gradient for cause in causes for n in cause.numbers if n.amplitude)
         values = {**self.flat, **_rounded(start.change(self.applied)), **on}
         variant = ModelVariant(values, (*wanted, *self._own_keys(start)))
-        (told,) = simulate(self.measurement, self.config, [variant], self.workers)
-        if not np.isfinite(told.readings).all():
+        (simulated,) = simulate(self.measurement, self.config, [variant], self.workers)
+        if not np.isfinite(simulated.readings).all():
             return None
-        plain, found = self._told(start, told.runs), {}
+        plain, felt = self._told(start, simulated.runs), {}
         for cause in causes:
             keys_of = [n.gradient if n.amplitude else "" for n in cause.numbers]
-            if any(key in told.slopes for key in keys_of):
+            if any(key in simulated.slopes for key in keys_of):
                 zero = [cause.resting_coordinate(n) for n in cause.numbers]
                 c = start.moduli
                 slopes = [
-                    told.slopes.get(key, np.zeros(len(told.readings)))
+                    simulated.slopes.get(key, np.zeros(len(simulated.readings)))
                     * n.coordinate_of(cause.neutral(n))[1]
-                    * (c if n.modulus else 1.0) if key else np.zeros(len(told.readings))
+                    * (c if n.modulus else 1.0) if key else np.zeros(len(simulated.readings))
                     for key, n in zip(keys_of, cause.numbers, strict=True)
                 ]  # fmt: skip
                 u = np.hstack([plain.u, np.array([zero])])
-                own = np.concatenate([plain.told, np.stack(slopes, axis=1)[None]], axis=2)
-                found[cause.name] = Tangents(u, own)
-        return found
+                columns = np.concatenate([plain.told, np.stack(slopes, axis=1)[None]], axis=2)
+                felt[cause.name] = Tangents(u, columns)
+        return felt
 
     def _variants(self, point: Point) -> Iterable[ModelVariant]:
         """Simulations of a point: of each experiment with the causes that it feels."""
         solid = [(cause, zeta) for cause, zeta in point.causes if not shown(cause)]
         for experiment in dict.fromkeys(group.experiment for group in self.groups):
-            felt = tuple(each for each in solid if _felt(each[0], experiment, self.config))
-            own = replace(point, causes=felt)
-            gradients = [n.gradient for n, _ in own.numbers]
+            felt = tuple(pair for pair in solid if _felt(pair[0], experiment, self.config))
+            part = replace(point, causes=felt)
+            gradients = [n.gradient for n, _ in part.numbers]
             yield ModelVariant(
-                {**self.flat, **_rounded(own.change(self.applied))},
+                {**self.flat, **_rounded(part.change(self.applied))},
                 (*gradients, *self._own_keys(point)), only_in=frozenset({experiment}),
             )  # fmt: skip
 
@@ -250,11 +250,11 @@ class FingerSimulation:
         exact = m.collected(rows)
         exact[1:] = np.nan_to_num(exact[1:])
         by = point.rates()
-        told = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
+        columns = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
         instruments = [(cause, zeta) for cause, zeta in point.causes if shown(cause)]
         if instruments:
-            told = self._displayed(point, instruments, rows, by)
-        return Tangents(point.u, told[None])
+            columns = self._displayed(point, instruments, rows, by)
+        return Tangents(point.u, columns[None])
 
     def _displayed(
         self,
@@ -279,14 +279,14 @@ class FingerSimulation:
             for cause, zeta in moved:
                 on = {**on, **cause.overrides(zeta)}
             config = changed(self.applied, on)
-            found = {}
+            displayed = {}
             for tests, columns in rows.items():
-                true = {name: each[0].copy() for name, each in columns.items()}
+                true = {name: values[0].copy() for name, values in columns.items()}
                 if place is not None:
-                    for name, each in columns.items():
-                        true[name] += STEP * by[place] * each[1 + place]
-                found[tests] = self._shown_rows(config, tests, true)
-            return self.measurement.collected(found)
+                    for name, values in columns.items():
+                        true[name] += STEP * by[place] * values[1 + place]
+                displayed[tests] = self._shown_rows(config, tests, true)
+            return self.measurement.collected(displayed)
 
         here = shows()
         slopes = [(shows(place) - here) / STEP for place in range(len(by))]
@@ -301,16 +301,16 @@ class FingerSimulation:
     ) -> dict[str, np.ndarray]:
         """Rows of some tests as instruments show them, by column."""
         readings = self.measurement.readings
-        found = {name: np.full(len(readings), np.nan) for name in true}
+        displayed = {name: np.full(len(readings), np.nan) for name in true}
         test, time_s = readings["test"].to_numpy(), readings["time_s"].to_numpy()
         for number in tests:
             mine = test == number
-            own = {name: each[mine] for name, each in true.items()}
-            own[TIME.name] = time_s[mine] - time_s[mine][0]
-            for name, each in config.extensions.displayed(own).items():
-                if name in found:
-                    found[name][mine] = each
-        return found
+            of_test = {name: values[mine] for name, values in true.items()}
+            of_test[TIME.name] = time_s[mine] - time_s[mine][0]
+            for name, values in config.extensions.displayed(of_test).items():
+                if name in displayed:
+                    displayed[name][mine] = values
+        return displayed
 
 
 def shown(cause: Cause) -> bool:
@@ -339,7 +339,7 @@ def _rounded(values: Change) -> Change:
 
     def one(value: object) -> object:
         if isinstance(value, list | tuple):
-            return [one(each) for each in value]
+            return [one(entry) for entry in value]
         return float(ROUNDED.format(value)) if isinstance(value, float) else value
 
     return {key: one(value) for key, value in values.items()}
@@ -356,4 +356,4 @@ def coarser(config: Config) -> list[Change]:
     size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
     between = [by * edge_mm for by in (2**2, 2) if by * edge_mm < size_mm]
     sizes_mm = [size_mm, *between] if edge_mm < size_mm else []
-    return [*({"mesh.edge_size_mm": each} for each in sizes_mm), {}]
+    return [*({"mesh.edge_size_mm": h_mm} for h_mm in sizes_mm), {}]

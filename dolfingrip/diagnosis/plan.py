@@ -90,21 +90,21 @@ class Hidden:
             return RecoveryOutcome(alone=False, within=False, mass={})
         odds = problem.policy.levels
         level = problem.levels[float(rng.choice([*odds], p=[*odds.values()]))]
-        own = level.coloured(rng.standard_normal(len(problem.value)))
-        value = problem.base + self.visibility.change(name, zeta) + own
+        noise = level.coloured(rng.standard_normal(len(problem.value)))
+        value = problem.base + self.visibility.change(name, zeta) + noise
         posterior = one_at_a_time(
-            {k: each.read(value) for k, each in problem.levels.items()}, self._before
+            {k: model.read(value) for k, model in problem.levels.items()}, self._before
         )
         decision = decide(posterior)
         within = decision.answer == "cause" and name in decision.first
         subsets = posterior.subsets
-        mass = {each: held(subsets, (each,)) for each in self.planned.causes}
+        mass = {other: held(subsets, (other,)) for other in self.planned.causes}
         return RecoveryOutcome(within and decision.first == (name,), within, mass)
 
     @cached_property
     def strengths(self) -> np.ndarray:
         """Strengths that are hidden, by the ordinary one, rising, shape (strengths,)."""
-        first = next(each for each in self.cause.numbers if each.amplitude)
+        first = next(number for number in self.cause.numbers if number.amplitude)
         count = self.planned.problem.policy.strengths
         middles = ndtri((np.arange(count) + 0.5) / count)
         values = first.at(middles)
@@ -130,11 +130,11 @@ class Hidden:
         """The draws at one of the strengths."""
         if place not in self._drawn:
             name, strength = self.cause.name, float(self.strengths[place])
-            found = []
+            draws = []
             for turn in range(NOISES):
                 rng = np.random.default_rng([zlib.crc32(name.encode()), place, turn])
-                found.append(self.diagnosed(self.at(strength, rng), rng))
-            self._drawn[place] = found
+                draws.append(self.diagnosed(self.at(strength, rng), rng))
+            self._drawn[place] = draws
         return self._drawn[place]
 
     def counted(
@@ -154,7 +154,7 @@ class Hidden:
         def look(low: int, high: int, place: int) -> None:
             if low >= high:
                 return
-            count[place] = sum(counts(each) for each in self.drawn(place))
+            count[place] = sum(counts(draw) for draw in self.drawn(place))
             if count[place]:
                 look(low, place, (low + place) // 2)
             else:
@@ -176,17 +176,17 @@ def namings(planned: Analysis[Any], before: Sequence[EffectOutlook] = ()) -> lis
         planned: the readings to be.
         before: of fewer readings: what these name more readings name, too.
     """
-    known = {each.effect: each for each in before}
-    found = [
-        _naming(Hidden(planned, cause), known.get(name)) for name, cause in planned.causes.items()
+    earlier = {outlook.effect: outlook for outlook in before}
+    outlooks = [
+        _naming(Hidden(planned, cause), earlier.get(name)) for name, cause in planned.causes.items()
     ]
-    found += [EffectOutlook(effect=name) for name in planned.unseen]
-    return sorted(found, key=lambda each: -each.strength_sigma)
+    outlooks += [EffectOutlook(effect=name) for name in planned.unseen]
+    return sorted(outlooks, key=lambda outlook: -outlook.strength_sigma)
 
 
-def share(found: Sequence[EffectOutlook]) -> float:
+def share(outlooks: Sequence[EffectOutlook]) -> float:
     """Part of the effects that is named, strengths from their priors."""
-    return float(np.mean([each.share for each in found] or [0.0]))
+    return float(np.mean([outlook.share for outlook in outlooks] or [0.0]))
 
 
 def _naming(hidden: Hidden, before: EffectOutlook | None) -> EffectOutlook:
@@ -230,12 +230,12 @@ def _alike(hidden: Hidden) -> tuple[str, ...]:
     mass: dict[str, float] = defaultdict(float)
     away = np.abs(np.log(np.maximum(hidden.strengths, 1e-9)))
     for place in np.argsort(away, kind="stable")[:2]:
-        for each in hidden.drawn(int(place)):
-            for other, p in each.mass.items():
+        for draw in hidden.drawn(int(place)):
+            for other, p in draw.mass.items():
                 mass[other] += p
     least = hidden.planned.problem.policy.matters * mass[name]
-    others = sorted(mass, key=lambda each: -mass[each])
-    return tuple(each for each in others if each != name and mass[each] > least)
+    others = sorted(mass, key=lambda n: -mass[n])
+    return tuple(n for n in others if n != name and mass[n] > least)
 
 
 def analyse_plan(
@@ -258,12 +258,12 @@ def analyse_plan(
         simulation = FingerSimulation(measurement, config, workers, coarser(config)[0])
         if np.isnan(readings := simulation.configured).any():
             failures = (*simulation.first.failures, *simulation.fine.failures)
-            why = "; ".join(dict.fromkeys(each.why for each in failures))
+            why = "; ".join(dict.fromkeys(failure.why for failure in failures))
             raise ConfigError(f"the simulation does not reach all readings: {why}")
-    found = analyse(measurement.reading(readings), config, workers, names)
-    for name in [*found.causes] if found.closed_form else ():
-        found = _with_rivals(found, name)
-    return found
+    analysis = analyse(measurement.reading(readings), config, workers, names)
+    for name in [*analysis.causes] if analysis.closed_form else ():
+        analysis = _with_rivals(analysis, name)
+    return analysis
 
 
 def _with_rivals(planned: Analysis[Any], name: str) -> Analysis[Any]:
@@ -271,13 +271,13 @@ def _with_rivals(planned: Analysis[Any], name: str) -> Analysis[Any]:
     for _ in range(planned.measurement.policy.tries // 2):
         hidden = Hidden(planned, planned.causes[name])
         value = planned.problem.base + hidden.visibility.change(name, hidden.at(1.0))
-        levels = {k: each.read(value) for k, each in planned.problem.levels.items()}
+        levels = {k: model.read(value) for k, model in planned.problem.levels.items()}
         posterior = one_at_a_time(levels, {})
-        asked = replace(planned, problem=replace(planned.problem, value=value))
-        _, fits = doubtful(asked, posterior, Counter())
-        told = zip(fits, planned.simulated(fits), strict=True)
-        runs = [(fit.subset[:1], own) for fit, own in told if own is not None]
-        runs = [(causes, own) for causes, own in runs if causes and causes[0] in planned.causes]
+        measured = replace(planned, problem=replace(planned.problem, value=value))
+        _, fits = doubtful(measured, posterior, Counter())
+        pairs = zip(fits, planned.simulated(fits), strict=True)
+        runs = [(fit.subset[:1], run) for fit, run in pairs if run is not None]
+        runs = [(causes, run) for causes, run in runs if causes and causes[0] in planned.causes]
         if not runs:
             break
         planned = replace(planned, problem=planned.problem.beside(runs))
@@ -328,14 +328,14 @@ def plan(
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
-        own = analyse_plan(measurement, config, workers, names)
-        found = namings(own)
-        before, named = share(found), {each.effect for each in found if each.at_ordinary}
+        planned = analyse_plan(measurement, config, workers, names)
+        outlooks = namings(planned)
+        before, named = share(outlooks), {e.effect for e in outlooks if e.at_ordinary}
         additions: list[AdditionWorth] = []
-        failed = [f"{name} could not be tried: {why}" for name, why in own.failed.items()]
+        failed = [f"{name} could not be tried: {why}" for name, why in planned.failed.items()]
         if names is not None:
             failed.append(ALONE)
-        possible = [each for each in proposals(measurement, config) if each.kind in can_vary]
+        possible = [p for p in proposals(measurement, config) if p.kind in can_vary]
         for proposal in possible:
             if settings.quick:
                 failed.append(f"--quick left out: {proposal.name}")
@@ -343,22 +343,22 @@ def plan(
             settings.say(f"addition: {proposal.name}")
             try:
                 both = joined(measurement, read_alike(proposal, measurement))
-                more = namings(analyse_plan(both, config, workers, names), found)
+                more = namings(analyse_plan(both, config, workers, names), outlooks)
             except ConfigError as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
-            lifts = [each.effect for each in more if each.at_ordinary and each.effect not in named]
-            whole = share(more)
+            lifts = [e.effect for e in more if e.at_ordinary and e.effect not in named]
+            after = share(more)
             additions.append(AdditionWorth(
-                name=proposal.name, kind=proposal.kind, minutes=proposal.minutes, share=whole,
-                gain_per_minute=(whole - before) / proposal.minutes, lifts=tuple(lifts),
+                name=proposal.name, kind=proposal.kind, minutes=proposal.minutes, share=after,
+                gain_per_minute=(after - before) / proposal.minutes, lifts=tuple(lifts),
             ))  # fmt: skip
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
         readings=len(measurement.listed), minutes=float(lasting), share=before,
-        class_share=float(np.mean([each.class_share for each in found] or [0.0])),
-        effects=tuple(found),
+        class_share=float(np.mean([e.class_share for e in outlooks] or [0.0])),
+        effects=tuple(outlooks),
         additions=tuple(sorted(additions, key=lambda a: -a.gain_per_minute)),
         warnings=(*measurement.warnings, *failed),
     )  # fmt: skip
@@ -369,9 +369,9 @@ def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
     noise = dict(NOISE)
     for test in measurement.tests:
         noise |= test.setup.noise
-    own = proposal.measurement
+    added = proposal.measurement
     tests = [
         replace(test, setup=replace(test.setup, noise={**noise, **test.setup.noise}))
-        for test in own.tests
+        for test in added.tests
     ]
-    return replace(own, tests=tests)
+    return replace(added, tests=tests)

@@ -171,5 +171,5 @@ class Policy:
     @property
     def levels(self) -> dict[float, float]:
         """Prior probability of each level of the discrepancy."""
-        each = (1 - self.discrepancy_off) / len(self.discrepancy_levels)
-        return {0.0: self.discrepancy_off, **dict.fromkeys(self.discrepancy_levels, each)}
+        share = (1 - self.discrepancy_off) / len(self.discrepancy_levels)
+        return {0.0: self.discrepancy_off, **dict.fromkeys(self.discrepancy_levels, share)}

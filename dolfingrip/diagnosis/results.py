@@ -85,11 +85,11 @@ class Written:
     readings: pd.DataFrame
 
 
-def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
+def write(diagnosis: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     """Write all files but the pictures.
 
     Args:
-        found: the diagnosis.
+        diagnosis: with its answer.
         data: files that were diagnosed.
         out: folder.
 
@@ -100,29 +100,29 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
         WriteError: one line.
     """
     file = out / "extended.toml"
-    extended = _extended(found, found.decision.best, file)
-    result = _content(found, tuple(map(str, data)), file, extended)
+    extended = _extended(diagnosis, diagnosis.decision.best, file)
+    result = _content(diagnosis, tuple(map(str, data)), file, extended)
     for stale in out.glob("extended*.toml"):
         stale.unlink()
     if extended:
         _write_extended(file, extended, result, result.fits[0].parameters)
-    for name, fit in found.members.items():
+    for name, fit in diagnosis.members.items():
         other = out / f"extended.{name}.toml"
-        if with_member := _extended(found, fit, other):
-            _write_extended(other, with_member, result, found.numbers(fit))
+        if with_member := _extended(diagnosis, fit, other):
+            _write_extended(other, with_member, result, diagnosis.numbers(fit))
     result.write(out)
-    readings = _readings(found)
+    readings = _readings(diagnosis)
     whole.write(out / "summary.md", page(result))
     whole.write(out / outcome.READINGS, readings.to_csv(index=False))
     return Written(result, readings)
 
 
-def _extended(found: Diagnosis, fit: MapFit, file: Path) -> Config | None:
+def _extended(diagnosis: Diagnosis, fit: MapFit, file: Path) -> Config | None:
     """The configuration at a fit's numbers; None where it is refused."""
     try:
-        return found.extended(fit)
+        return diagnosis.extended(fit)
     except ConfigError as error:
-        found.warnings.append(f"{file.name} is not written: {error}")
+        diagnosis.warnings.append(f"{file.name} is not written: {error}")
         return None
 
 
@@ -140,22 +140,22 @@ def _write_extended(
 
 
 def _content(
-    found: Diagnosis, data: tuple[str, ...], file: Path, extended: Config | None
+    diagnosis: Diagnosis, data: tuple[str, ...], file: Path, extended: Config | None
 ) -> outcome.DiagnosisFile:
     """All that was found, by the schema.
 
     Args:
-        found: the diagnosis.
+        diagnosis: with its answer.
         data: files that were diagnosed.
         file: of the extended configuration.
         extended: that configuration; None where it is refused.
     """
-    decision, posterior, analysis = found.decision, found.posterior, found.analysis
-    best, causes, plain = decision.best, posterior.problem.causes, found.with_best_modulus()
+    decision, posterior, analysis = diagnosis.decision, diagnosis.posterior, diagnosis.analysis
+    best, causes, plain = decision.best, posterior.problem.causes, diagnosis.with_best_modulus()
     reference = posterior.best(NONE, level=0.0).log_evidence
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
     likely = sorted(posterior.subsets, key=lambda subset: -posterior.subsets[subset])[:10]
-    members = [fit.subset for fit in found.members.values()]
+    members = [fit.subset for fit in diagnosis.members.values()]
     named = [
         subset for subset in alone
         if len(subset) == 1 and subset[0] in (*decision.first, *decision.second)
@@ -164,16 +164,16 @@ def _content(
     fits = tuple(
         outcome.FittedHypothesis(
             effects=fit.subset, log_evidence=fit.log_evidence - reference,
-            parameters=tuple(found.numbers(fit)),
+            parameters=tuple(diagnosis.numbers(fit)),
         )
         for fit in map(posterior.best, shown)
     )  # fmt: skip
-    deviations = found.nuisances(best)
+    deviations = diagnosis.nuisances(best)
     return outcome.DiagnosisFile(
-        version=__version__, data=data, quick=found.quick, readings=len(posterior.problem.value),
-        verdict=found.verdict,
-        headline=_headline(found, fits[0].parameters, file if extended else None),
-        causes=_causes(found), none=min(decision.none, 1.0),
+        version=__version__, data=data, quick=diagnosis.quick,
+        readings=len(posterior.problem.value), verdict=diagnosis.verdict,
+        headline=_headline(diagnosis, fits[0].parameters, file if extended else None),
+        causes=_causes(diagnosis), none=min(decision.none, 1.0),
         unknown=min(max(decision.unknown, 0.0), 1.0),
         fits=fits, misfit=misfit(analysis, plain, analysis.fitted(best)),
         bands=bands(analysis, plain), rig=tuple(rig_numbers(analysis, best, deviations)),
@@ -184,43 +184,43 @@ def _content(
         },
         scatter=analysis.errors.scatter,
         # which a slip makes up where there is none
-        artefacts=() if found.slips else tuple(
+        artefacts=() if diagnosis.slips else tuple(
             outcome.ArtefactSize(
                 name=artefact.nuisance.name, unit=artefact.nuisance.unknown.unit,
                 size=deviations[artefact.nuisance.name] * artefact.nuisance.std,
             )
-            for artefact in found.artefacts
+            for artefact in diagnosis.artefacts
         ),
-        apart=found.apart, hides=found.hidden(),
-        behind=tuple(dict.fromkeys(name for other in found.alternatives for name in other.behind)),
+        apart=diagnosis.apart, hides=diagnosis.hidden(),
+        behind=tuple(dict.fromkeys(n for other in diagnosis.alternatives for n in other.behind)),
         other_priors=tuple(
             outcome.OtherPrior(
                 prior=name, answer=other.answer, effects=(*other.first, *other.second),
-                probability=float(np.clip(found.sensitivity.probability[name], 0, 1)),
+                probability=float(np.clip(diagnosis.sensitivity.probability[name], 0, 1)),
             )
-            for name, other in found.sensitivity.answers.items()
+            for name, other in diagnosis.sensitivity.answers.items()
         ),
-        gain=found.held_out.errors if found.held_out else (),
-        gain_claimed=found.held_out.claimed if found.held_out else None,
-        next_experiments=tuple(found.next), advice=advice(found), downstream=found.downstream,
-        slips=tuple(found.slips), not_reached=tuple(analysis.not_reached),
-        not_tried=tuple(analysis.not_tried), failed=dict(analysis.failed),
-        mesh_known=analysis.closed_form or bool(analysis.mesh_errors),
+        gain=diagnosis.held_out.errors if diagnosis.held_out else (),
+        gain_claimed=diagnosis.held_out.claimed if diagnosis.held_out else None,
+        next_experiments=tuple(diagnosis.next), advice=advice(diagnosis),
+        downstream=diagnosis.downstream, slips=tuple(diagnosis.slips),
+        not_reached=tuple(analysis.not_reached), not_tried=tuple(analysis.not_tried),
+        failed=dict(analysis.failed), mesh_known=analysis.closed_form or bool(analysis.mesh_errors),
         extrapolated=posterior.problem.extrapolated(best) > posterior.problem.policy.exactly,
-        warnings=tuple(found.warnings),
-        extended=_changes(found.config, extended) if extended else {},
-        simulated_s=found.simulated_s,
+        warnings=tuple(diagnosis.warnings),
+        extended=_changes(diagnosis.config, extended) if extended else {},
+        simulated_s=diagnosis.simulated_s,
     )  # fmt: skip
 
 
-def _causes(found: Diagnosis) -> tuple[outcome.CauseProbability, ...]:
+def _causes(diagnosis: Diagnosis) -> tuple[outcome.CauseProbability, ...]:
     """All causes, the most probable first."""
-    open_names, strengths = found.open_names, found.posterior.strengths
-    inclusion = dict.fromkeys(found.decision.first, 0.0) | found.decision.inclusion
+    open_names, strengths = diagnosis.open_names, diagnosis.posterior.strengths
+    inclusion = dict.fromkeys(diagnosis.decision.first, 0.0) | diagnosis.decision.inclusion
     return tuple(
         outcome.CauseProbability(
             name=name, probability=min(probability, 1.0), strength_sigma=strengths.get(name, 0.0),
-            words=found.words(name) if name in NAMES else NUMBERS.get(name, ""),
+            words=diagnosis.words(name) if name in NAMES else NUMBERS.get(name, ""),
             kind=effect(name).kind if name in NAMES else "", open=name in open_names,
         )
         for name, probability in sorted(inclusion.items(), key=lambda item: -item[1])
@@ -228,7 +228,7 @@ def _causes(found: Diagnosis) -> tuple[outcome.CauseProbability, ...]:
 
 
 def _headline(
-    found: Diagnosis, numbers: Sequence[outcome.FittedNumber], file: Path | None
+    diagnosis: Diagnosis, numbers: Sequence[outcome.FittedNumber], file: Path | None
 ) -> outcome.Headline:
     """The number that the answer is about, and the option of other commands that uses it.
 
@@ -237,17 +237,17 @@ def _headline(
     that was fitted is seen.
 
     Args:
-        found: the diagnosis.
+        diagnosis: with its answer.
         numbers: of the leading fit.
         file: extended configuration; None where it is refused.
     """
-    decision, analysis, problem = found.decision, found.analysis, found.analysis.problem
+    decision, analysis, problem = diagnosis.decision, diagnosis.analysis, diagnosis.analysis.problem
     fit = decision.best
     far = [name for name in problem.implausible if name in decision.first]
     if far:  # without causes beside it, where such a fit is possible
-        fit = found.member(far[0])
-        numbers = found.numbers(fit)
-    values, causes = found.overrides(fit), problem.causes(fit.subset)
+        fit = diagnosis.member(far[0])
+        numbers = diagnosis.numbers(fit)
+    values, causes = diagnosis.overrides(fit), problem.causes(fit.subset)
     by_key = {number.key: number for number in reversed(numbers)}
     # which of ζ each of the model's own numbers is; all moduli are one
     places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
@@ -256,13 +256,14 @@ def _headline(
     named = [(name, places[problem.implausible[name]]) for name in far]
     of_causes = [(number.part, number) for number in numbers if number.part in causes]
     named += sorted(of_causes, key=lambda item: item[0] not in decision.first)
-    most = max(used, key=lambda place: _change(found, fit, [place]))
+    most = max(used, key=lambda place: _change(diagnosis, fit, [place]))
     cause, number = named[0] if named and decision.answer == "cause" else ("", places[most])
     others = [place for place in used if places[place] is not number]
     alike = [other for other in numbers if other.part in (causes or ["material"])]
     held = any(analysis.causes[name].held for name in causes)
     alone = not held and (alike == [number] or (not causes and number.part != "material"))
-    alone = alone and number.key in values and _change(found, fit, others) < found.policy.visible
+    alone = alone and number.key in values
+    alone = alone and _change(diagnosis, fit, others) < diagnosis.policy.visible
     option = f"--config {file}" if file else ""
     if file and alone:
         listed = isinstance(values[number.key], list)
@@ -270,35 +271,35 @@ def _headline(
     common = None
     if decision.answer == "cause":
         kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}
-        fits = [analysis.fitted(fit) for fit in (decision.best, *found.members.values())]
+        fits = [analysis.fitted(fit) for fit in (decision.best, *diagnosis.members.values())]
         common = common_change(analysis, np.array(fits), of_body=kinds <= {*BODY})
     return outcome.Headline(number=number, cause=cause, common=common, option=option)
 
 
-def _change(found: Diagnosis, fit: MapFit, places: Sequence[int]) -> float:
+def _change(diagnosis: Diagnosis, fit: MapFit, places: Sequence[int]) -> float:
     """Length of the readings' change by some of the model's own numbers, standard deviations.
 
     Args:
-        found: the diagnosis.
+        diagnosis: with its answer.
         fit: whose numbers they are.
         places: which of ζ these are.
     """
-    problem = found.analysis.problem
+    problem = diagnosis.analysis.problem
     as_told = np.where(np.isin(np.arange(len(fit.zeta)), places), 0.0, fit.zeta)
     change = problem.predicted(fit.subset, as_told) - problem.predicted(fit.subset, fit.zeta)
-    return float(np.linalg.norm(change / found.analysis.errors.noise))
+    return float(np.linalg.norm(change / diagnosis.analysis.errors.noise))
 
 
-def _readings(found: Diagnosis) -> pd.DataFrame:
+def _readings(diagnosis: Diagnosis) -> pd.DataFrame:
     """The table of readings, measured and simulated."""
-    listed = found.analysis.measurement.listed
-    rows = found.analysis.measurement.readings
+    analysis = diagnosis.analysis
+    listed, rows = analysis.measurement.listed, analysis.measurement.readings
     return listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
-        run=listed["test"], noise=found.analysis.errors.noise, configured=found.analysis.configured,
-        before=found.with_best_modulus(), after=found.analysis.fitted(found.decision.best),
-        **{f"after_{name}": found.analysis.fitted(fit) for name, fit in found.members.items()},
+        run=listed["test"], noise=analysis.errors.noise, configured=analysis.configured,
+        before=diagnosis.with_best_modulus(), after=analysis.fitted(diagnosis.decision.best),
+        **{f"after_{name}": analysis.fitted(fit) for name, fit in diagnosis.members.items()},
     )  # fmt: skip
 
 

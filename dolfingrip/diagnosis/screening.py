@@ -59,15 +59,15 @@ def analyse_fingers(
     simulation, left_out = _reaching(measurement, config, workers)
     numbers = rig_numbers(simulation.measurement, config, names)
     simulation, off, problem, start = _followed(simulation, *numbers, say)
-    left = [each.name for each in causes if quick and not (each.smooth or shown(each))]
-    causes = [each for each in causes if each.name not in left]
+    left = [cause.name for cause in causes if quick and not (cause.smooth or shown(cause))]
+    causes = [cause for cause in causes if cause.name not in left]
     say(f"simulating what {len(causes)} causes change")
-    found, failed = _first(simulation, causes, start, off.noise)
-    by_name = {each.name: each for each in causes}
-    felt = {name: by_name[name] for name in found}
-    problem = replace(problem, numbers={name: each.numbers for name, each in felt.items()})
-    problem = problem.beside(((name,), own) for name, own in found.items())
-    unseen = tuple(c.name for c in causes if c.name not in found and c.name not in failed)
+    runs, failed = _first(simulation, causes, start, off.noise)
+    by_name = {cause.name: cause for cause in causes}
+    felt = {name: by_name[name] for name in runs}
+    problem = replace(problem, numbers={name: cause.numbers for name, cause in felt.items()})
+    problem = problem.beside(((name,), run) for name, run in runs.items())
+    unseen = tuple(c.name for c in causes if c.name not in runs and c.name not in failed)
     return Analysis(problem, felt, off, simulation, unseen, failed, left_out, tuple(left))
 
 
@@ -77,10 +77,10 @@ def _reaching(
     """The simulation on the coarsest mesh that bears the load, and readings that none reaches."""
     best: FingerSimulation | None = None
     for mesh in coarser(config):
-        found = FingerSimulation(measurement, config, workers, mesh, graded=False)
-        if best is None or _count(found.first) > _count(best.first):
-            best = found
-        if _count(found.first) == len(found.first.readings):
+        simulation = FingerSimulation(measurement, config, workers, mesh, graded=False)
+        if best is None or _count(simulation.first) > _count(best.first):
+            best = simulation
+        if _count(simulation.first) == len(simulation.first.readings):
             break
     assert best is not None
     reached = np.isfinite(best.first.readings)
@@ -108,10 +108,10 @@ def not_reached(
     Raises:
         ConfigError: one line, where a test has none left.
     """
-    every, found = measurement.listed["test"].to_numpy(), []
+    every, lines = measurement.listed["test"].to_numpy(), []
     for test in measurement.tests:
         mine = every == test.number
-        ended = (each.why for each in simulated.failures if test.number in each.group.tests)
+        ended = (run.why for run in simulated.failures if test.number in run.group.tests)
         why = "; ".join(filter(None, ended))
         who = f"{test.experiment} of {test.specimen}: the base simulation"
         count, left = int(mine.sum()), int((mine & reached).sum())
@@ -119,65 +119,65 @@ def not_reached(
             raise ConfigError(f"{who} reaches no reading: {why}")
         if left < count:
             lost = count - left
-            found.append(
+            lines.append(
                 f"{who} does not reach {lost} of {count} readings, which are left out: {why}"
             )
-    return found
+    return lines
 
 
 def _followed(
-    simulation: FingerSimulation, own: Sequence[Unknown], linear: Sequence[Unknown], say: Say
+    simulation: FingerSimulation, solid: Sequence[Unknown], linear: Sequence[Unknown], say: Say
 ) -> tuple[FingerSimulation, Errors, InferenceProblem, Point]:
     """The model without causes at the numbers that follow the readings, on both meshes."""
     factor, policy = _factor(simulation), simulation.measurement.policy
-    start, runs = Point(factor, 0.0, tuple((n, 0.0) for n in own)), list[Tangents]()
+    start, runs = Point(factor, 0.0, tuple((n, 0.0) for n in solid)), list[Tangents]()
     simulation = replace(simulation, start=start)
     for _ in range(policy.tries):
-        found = simulation.plain(start)
-        if not np.isfinite(found.told).all():
+        plain = simulation.plain(start)
+        if not np.isfinite(plain.told).all():
             break
-        runs.append(found)
-        _, problem = _problem(simulation, (factor, *own), linear, runs)
+        runs.append(plain)
+        _, problem = _problem(simulation, (factor, *solid), linear, runs)
         fit = _best(problem)
         if problem.extrapolated(fit) <= policy.exactly:
             break
-        here = zip(own, map(float, fit.zeta[1:]), strict=False)
+        here = zip(solid, map(float, fit.zeta[1:]), strict=False)
         start = Point(factor, float(fit.zeta[0]), tuple(here))
         say(f"the moduli are about {start.moduli:.3g} times those configured; simulating there")
         simulation = replace(simulation, start=start)
-    if len(runs) and not np.isfinite(found.told).all():
+    if len(runs) and not np.isfinite(plain.told).all():
         # numbers at which a finger ends before its readings are excluded by these
         last = runs[-1].u[0]
-        zeta = [n.zeta_of(float(u)) for n, u in zip((factor, *own), last, strict=True)]
-        start = Point(factor, zeta[0], tuple(zip(own, zeta[1:], strict=True)))
+        zeta = [n.zeta_of(float(u)) for n, u in zip((factor, *solid), last, strict=True)]
+        start = Point(factor, zeta[0], tuple(zip(solid, zeta[1:], strict=True)))
         simulation = replace(simulation, start=start)
     if not runs:
         raise ConfigError("the base simulation does not reach the readings with its own numbers")
     say("simulating the measurement on a graded mesh")
-    whole = replace(simulation, graded=True)
-    if whole.has_coarser and not np.isfinite(whole.fine.readings).all():
-        whole = replace(simulation, flat={})
-        runs = [whole.plain(start)]
-    elif whole.has_coarser and _off(whole) > policy.part:
-        every = coarser(whole.config)
-        finer = every[min(every.index(whole.flat) + 1, len(every) - 1)]
-        whole = replace(whole, flat=finer)
-        runs = [whole.plain(start)]
+    graded = replace(simulation, graded=True)
+    if graded.has_coarser and not np.isfinite(graded.fine.readings).all():
+        graded = replace(simulation, flat={})
+        runs = [graded.plain(start)]
+    elif graded.has_coarser and _off(graded) > policy.part:
+        every = coarser(graded.config)
+        finer = every[min(every.index(graded.flat) + 1, len(every) - 1)]
+        graded = replace(graded, flat=finer)
+        runs = [graded.plain(start)]
     else:
-        told = [each.told.copy() for each in runs]
-        for each in told:
-            each[..., 0] += whole.delta
-        runs = [Tangents(run.u, each) for run, each in zip(runs, told, strict=True)]
-    off, problem = _problem(whole, (factor, *own), linear, runs)
-    return whole, off, problem, start
+        shifted = [run.told.copy() for run in runs]
+        for columns in shifted:
+            columns[..., 0] += graded.delta
+        runs = [Tangents(run.u, columns) for run, columns in zip(runs, shifted, strict=True)]
+    off, problem = _problem(graded, (factor, *solid), linear, runs)
+    return graded, off, problem, start
 
 
-def _off(found: FingerSimulation) -> float:
+def _off(simulation: FingerSimulation) -> float:
     """Largest difference of a channel between both meshes, by its size; root mean squares."""
     off = []
-    for own in found.measurement.channels().values():
-        size = float(np.square(found.fine.readings[own]).mean())
-        off.append(float(np.square(found.delta[own]).mean()) / size if size else 0.0)
+    for at in simulation.measurement.channels().values():
+        size = float(np.square(simulation.fine.readings[at]).mean())
+        off.append(float(np.square(simulation.delta[at]).mean()) / size if size else 0.0)
     return float(np.sqrt(max(off)))
 
 
@@ -186,7 +186,7 @@ def _factor(simulation: FingerSimulation) -> Unknown:
     std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
     # one factor changes the moduli of one material
     applied = measurement.applied(simulation.config)
-    free = len({str(moduli(each)) for each in applied}) == 1 and std > 0
+    free = len({str(moduli(config)) for config in applied}) == 1 and std > 0
     reach = float(np.log(measurement.policy.stiffest) / std) if free else 1.0
     return factor_of_moduli(std if free else 1e-6, -reach, reach, (MODULUS,) if free else ())
 
@@ -206,17 +206,17 @@ def _problem(
         runs: simulations.
     """
     off = errors_of(simulation)
-    changes = {each.name: each.change for each in off.shared}
-    seen = [each for each in linear if each.told_as in changes]
-    columns = [changes[each.told_as] for each in seen]
-    rest = off.without([each.told_as for each in (*solid, *seen)])
+    changes = {nuisance.name: nuisance.change for nuisance in off.shared}
+    seen = [number for number in linear if number.told_as in changes]
+    columns = [changes[number.told_as] for number in seen]
+    remaining = off.without([number.told_as for number in (*solid, *seen)])
     value = simulation.measurement.listed["value"].to_numpy()
     problem = InferenceProblem(
         value, np.nan_to_num(simulation.configured), off.noise, (*solid, *seen),
-        np.column_stack([np.zeros((len(value), 0)), *columns]), {}, rest.covariance,
+        np.column_stack([np.zeros((len(value), 0)), *columns]), {}, remaining.covariance,
         kernel(off.along), policy=simulation.measurement.policy,
     )  # fmt: skip
-    return rest, problem.beside([(NONE, Tangents.stacked(runs))])
+    return remaining, problem.beside([(NONE, Tangents.stacked(runs))])
 
 
 def _best(problem: InferenceProblem) -> MapFit:
@@ -230,15 +230,15 @@ def _first(
     simulation: FingerSimulation, causes: Sequence[Cause], start: Point, noise: np.ndarray
 ) -> tuple[Mapping[str, Tangents], Mapping[str, str]]:
     """Simulations of each cause that some reading feels; and why others could not be made."""
-    smooth = [each for each in causes if each.smooth]
-    found: dict[str, Tangents] = {}
+    smooth = [c for c in causes if c.smooth]
+    runs: dict[str, Tangents] = {}
     failed: dict[str, str] = {}
     resting = simulation.resting(smooth, start) if smooth else {}
-    others = [each for each in causes if not each.smooth]
+    others = [c for c in causes if not c.smooth]
     if resting is None:  # one of them does not let the others be simulated
         others = list(causes)
     else:
-        found |= resting
+        runs |= resting
     base, policy = simulation.plain(start), simulation.measurement.policy
     strong: list[tuple[Cause, Point]] = []
     for cause in others:
@@ -251,39 +251,39 @@ def _first(
             if effect(cause.name).lopsided:
                 every = np.vstack([every, cause.at_strength(cause.box(), -1.0)])
         strong += [(cause, replace(start, causes=((cause, zeta),))) for zeta in every]
-    told = simulation.at([point for _, point in strong])
-    for (cause, _), own in zip(strong, told, strict=True):
-        if own is None:
+    simulated = simulation.at([point for _, point in strong])
+    for (cause, _), run in zip(strong, simulated, strict=True):
+        if run is None:
             failed.setdefault(cause.name, "its simulation does not reach all readings")
             continue
         failed.pop(cause.name, None)
-        first = found.get(cause.name)
+        first = runs.get(cause.name)
         if first is None and not shown(cause):
-            first = _at_rest(cause, base, own)
-        found[cause.name] = own if first is None else Tangents.stacked([first, own])
+            first = _at_rest(cause, base, run)
+        runs[cause.name] = run if first is None else Tangents.stacked([first, run])
     return {
-        name: own for name, own in found.items() if _felt(own, base, noise, policy.invisible)
+        name: run for name, run in runs.items() if _felt(run, base, noise, policy.invisible)
     }, failed
 
 
-def _at_rest(cause: Cause, base: Tangents, own: Tangents) -> Tangents:
+def _at_rest(cause: Cause, base: Tangents, run: Tangents) -> Tangents:
     """Where a cause does nothing, with the secant to a simulation of it in place of derivatives."""
-    rest = np.array([cause.resting_coordinate(number) for number in cause.numbers])
+    resting = np.array([cause.resting_coordinate(number) for number in cause.numbers])
     count = base.u.shape[1]
-    off = own.u[0, count:] - rest
+    off = run.u[0, count:] - resting
     off = np.where([number.amplitude for number in cause.numbers], off, 0.0)
-    change = own.told[0, :, 0] - base.told[0, :, 0]
+    change = run.told[0, :, 0] - base.told[0, :, 0]
     secant = np.outer(change, off / max(float(off @ off), 1e-12))
-    told = np.column_stack([base.told[0], secant])
-    return Tangents(np.hstack([base.u, rest[None]]), told[None])
+    columns = np.column_stack([base.told[0], secant])
+    return Tangents(np.hstack([base.u, resting[None]]), columns[None])
 
 
-def _felt(own: Tangents, base: Tangents, noise: np.ndarray, least: float) -> bool:
+def _felt(run: Tangents, base: Tangents, noise: np.ndarray, least: float) -> bool:
     """Tell whether some reading feels a cause by a standard deviation of its numbers."""
-    changes = (own.told[..., 0] - base.told[..., 0]) / noise
-    slopes = own.told[:, :, 1 + base.u.shape[1] :] / noise[:, None]
+    changes = (run.told[..., 0] - base.told[..., 0]) / noise
+    slopes = run.told[:, :, 1 + base.u.shape[1] :] / noise[:, None]
     most = [
-        np.sqrt(np.square(each).mean(axis=1)).max()
-        for each in (changes, np.moveaxis(slopes, 2, 1).reshape(-1, len(noise)))
+        np.sqrt(np.square(sizes).mean(axis=1)).max()
+        for sizes in (changes, np.moveaxis(slopes, 2, 1).reshape(-1, len(noise)))
     ]
     return bool(max(most) > least)

@@ -62,26 +62,26 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
     Returns:
         The experiments, each as a measurement whose readings are 0.
     """
-    found: list[Proposal] = []
+    additions: list[Proposal] = []
     finger = next((t for t in measurement.tests if t.experiment != "coupon"), None)
     coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)
     bending = next((t for t in measurement.tests if t.experiment == "bending"), finger)
     if bending is not None:
-        found += _ramps(measurement, bending, config)
-        found += _readings(measurement, bending, config)
+        additions += _ramps(measurement, bending, config)
+        additions += _readings(measurement, bending, config)
     if coupon is not None:
-        found += _coupons(measurement, coupon, config, new=False)
+        additions += _coupons(measurement, coupon, config, new=False)
     elif finger is not None:
         new = replace(finger, experiment="coupon", setup=LabSetup(), specimen="coupon")
-        found += _coupons(measurement, new, config, new=True)
-    return found
+        additions += _coupons(measurement, new, config, new=True)
+    return additions
 
 
 def _planned(measurement: Measurement, test: SpecimenTest) -> PlannedTest:
     rows, sections = measurement.rows(test.number), test.setup.sections.items()
     return PlannedTest(
         experiment=test.experiment, specimen=test.specimen, control=test.control,
-        settings={f"{name}.{key}": value for name, own in sections for key, value in own.items()},
+        settings={f"{name}.{key}": value for name, keys in sections for key, value in keys.items()},
         read=tuple(name for name in measurement.columns if rows[name].notna().any()),
         branch=tuple(rows["branch"]), cycle=tuple(map(int, rows["cycle"])),
         time_s=tuple(rows["time_s"]), value=tuple(rows[test.control]),
@@ -115,45 +115,45 @@ def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list
 
 def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
     """More readings, another gap, and the finger hung and stood."""
-    found, policy = [], measurement.policy
+    additions, policy = [], measurement.policy
     rows = measurement.rows(test.number)
     top, rate = _top(rows, test, policy), _rate(measurement, test, config)
     loading = [("loading", 1)]
     if test.experiment == "bending" and rows[TIP_X.name].isna().all():
         columns = [TIP_X.name, TIP_Z.name]
-        found.append(_seen(measurement, "tip", "the tip tracked (x and z)", test, columns))
+        additions.append(_seen(measurement, "tip", "the tip tracked (x and z)", test, columns))
     blocked = next((t for t in measurement.tests if t.experiment == "blocked_force"), None)
     if blocked is not None:
-        own = measurement.rows(blocked.number)
-        if own[ANGLE.name].isna().all():
+        table = measurement.rows(blocked.number)
+        if table[ANGLE.name].isna().all():
             name = "the angle while blocked"
-            found.append(_seen(measurement, "blocked_angle", name, blocked, [ANGLE.name]))
+            additions.append(_seen(measurement, "blocked_angle", name, blocked, [ANGLE.name]))
         gap_mm = blocked.applied(config).plate.gap_mm + 2
         away = _with(blocked, "plate", {"gap_mm": gap_mm})
-        name, high = f"the blocked force at a gap of {gap_mm:g} mm", _top(own, blocked, policy)
-        found.append(_proposal("gap", name, ["plate"], [away], loading, high, rate, [FORCE.name],
-                               policy))  # fmt: skip
+        name, high = f"the blocked force at a gap of {gap_mm:g} mm", _top(table, blocked, policy)
+        additions.append(_proposal("gap", name, ["plate"], [away], loading, high, rate,
+                               [FORCE.name], policy))  # fmt: skip
     if test.experiment == "bending":
         weight, name = STANDARD_GRAVITY_m_s2, "free bending with the tip up and with the tip down"
         poses = [
             _with(test, "gravity", {"direction": [0.0, 0.0, z], "acceleration_m_s2": weight})
             for z in (1.0, -1.0)
         ]
-        found.append(
+        additions.append(
             _proposal(
                 "orientation", name, ["plate"], poses, loading, top, rate, [ANGLE.name], policy
             )
         )
-    return found
+    return additions
 
 
 def _coupons(
     measurement: Measurement, test: SpecimenTest, config: Config, *, new: bool
 ) -> list[Proposal]:
     """Uniaxial tension of the same material; ``new`` where no coupon was pulled so far."""
-    own = test.applied(config).coupon
-    top = own.max_strain * own.gauge_length_mm
-    usual = own.rate_mm_per_s if new else _rate(measurement, test, config)
+    coupon = test.applied(config).coupon
+    top = coupon.max_strain * coupon.gauge_length_mm
+    usual = coupon.rate_mm_per_s if new else _rate(measurement, test, config)
     # where a width was measured the camera stands there
     seen = not new and measurement.rows(test.number)[TRANSVERSE_STRAIN.name].notna().any()
     once, held = [("loading", 1)], [("loading", 1), ("hold", 1)]
@@ -161,7 +161,7 @@ def _coupons(
     def pulled(
         name: str, way: Way, rate: float = usual, by: float = 1.0, *, width: bool = False
     ) -> Proposal:
-        far = _with(test, "coupon", {"max_strain": by * own.max_strain})
+        far = _with(test, "coupon", {"max_strain": by * coupon.max_strain})
         # laws whose forces agree may differ in how far the volume changes, which the width tells
         columns = [FORCE.name, *([TRANSVERSE_STRAIN.name] if seen or width else ())]
         return _proposal(
@@ -173,7 +173,7 @@ def _coupons(
         )  # fmt: skip
 
     name = "a coupon in uniaxial tension"
-    found = [
+    additions = [
         *([pulled(name, once)] if new else []),
         pulled("a coupon at a tenth of the rate", once, usual / 10),
         pulled("a coupon with a hold of 60 s at the largest strain", held),
@@ -182,24 +182,24 @@ def _coupons(
         *([] if seen else [pulled(name, once, width=True)]),
     ]
     if new:
-        return found
+        return additions
     # a coupon that is compared so far, too
     farther = measurement.policy.farther
-    strain = f"a strain of {farther * own.max_strain:g}"
+    strain = f"a strain of {farther * coupon.max_strain:g}"
     for name, way in (
         (f"a coupon to {strain}", once),
         (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
     ):
-        found.append(pulled(name, way, by=farther))
+        additions.append(pulled(name, way, by=farther))
         if not seen:
-            found.append(pulled(name, way, by=farther, width=True))
-    return found
+            additions.append(pulled(name, way, by=farther, width=True))
+    return additions
 
 
 def _with(test: SpecimenTest, section: str, values: Mapping[str, Any]) -> SpecimenTest:
     """The test with other values in a section of its set-up."""
-    told = test.setup.sections
-    sections = {**told, section: {**told.get(section, {}), **values}}
+    before = test.setup.sections
+    sections = {**before, section: {**before.get(section, {}), **values}}
     return replace(test, setup=replace(test.setup, sections=sections))
 
 
@@ -225,13 +225,15 @@ def _proposal(
     columns: Sequence[str],
     policy: Policy,
 ) -> Proposal:
-    own = [replace(test, number=i) for i, test in enumerate(tests)]
+    planned = [replace(test, number=i) for i, test in enumerate(tests)]
     ramp = top * np.arange(1, STOPS + 1) / STOPS
-    rows = [rig.planned_rows(t, way, ramp, rate, columns, readings_of_wait=policy.few) for t in own]
-    minutes = sum(policy.set_up_min[each] for each in mounted)
-    minutes += sum(float(each["time_s"].max()) for each in rows) / 60
+    rows = [
+        rig.planned_rows(t, way, ramp, rate, columns, readings_of_wait=policy.few) for t in planned
+    ]
+    minutes = sum(policy.set_up_min[part] for part in mounted)
+    minutes += sum(float(table["time_s"].max()) for table in rows) / 60
     every_row = pd.concat(rows, ignore_index=True)
-    return Proposal(name, minutes, Measurement(every_row, own, policy=policy), kind)
+    return Proposal(name, minutes, Measurement(every_row, planned, policy=policy), kind)
 
 
 def _seen(

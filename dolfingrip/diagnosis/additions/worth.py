@@ -65,12 +65,12 @@ class NumberCheck:
     def quantities(self) -> tuple[PlannedQuantity, ...]:
         """The quantities of the check, as a result file tells them."""
         pairs = zip(self.readings, self.std, strict=True)
-        return tuple(PlannedQuantity(numbers=dict(own), std=std) for own, std in pairs)
+        return tuple(PlannedQuantity(numbers=dict(row), std=std) for row, std in pairs)
 
     def read(self, values: Mapping[str, float]) -> np.ndarray:
         """Readings, or derivatives of them, from those of the numbers; shape (readings,)."""
         return np.array([
-            sum(by * values.get(key, 0.0) for key, by in own.items()) for own in self.readings
+            sum(by * values.get(key, 0.0) for key, by in row.items()) for row in self.readings
         ])  # fmt: skip
 
 
@@ -93,22 +93,22 @@ def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberC
     """
     read: dict[tuple[str, float], dict[str, float]] = defaultdict(dict)
     shapes: dict[str, str] = {}
-    for each in (effect for effect in EFFECTS if effect.felt_on(parts)):
-        fitted = each.fitted(config) if each.told.key else None
-        number = fitted.key if fitted else f"extensions.{each.name()}."
-        if issubclass(each, DimensionOffset):
-            dimension = each.dimension_key(config)
+    for cls in (effect for effect in EFFECTS if effect.felt_on(parts)):
+        fitted = cls.fitted(config) if cls.told.key else None
+        number = fitted.key if fitted else f"extensions.{cls.name()}."
+        if issubclass(cls, DimensionOffset):
+            dimension = cls.dimension_key(config)
             if dimension is None:
                 continue
             shapes[dimension] = number if fitted else f"{number}offset_mm"
-        for check in each.checks:
-            own = {number if fitted else number + key: std for key, std in check.std.items()}
-            read[check.name, check.minutes] |= own
-    found = [
-        NumberCheck(name, minutes, tuple({key: 1.0} for key in own), tuple(own.values()))
-        for (name, minutes), own in read.items()
+        for check in cls.checks:
+            stds = {number if fitted else number + key: std for key, std in check.std.items()}
+            read[check.name, check.minutes] |= stds
+    single = [
+        NumberCheck(name, minutes, tuple({key: 1.0} for key in stds), tuple(stds.values()))
+        for (name, minutes), stds in read.items()
     ]
-    return [_weighed(config, shapes), *found] if shapes else found
+    return [_weighed(config, shapes), *single] if shapes else single
 
 
 def _weighed(config: Config, shapes: Mapping[str, str]) -> NumberCheck:
@@ -181,13 +181,13 @@ class Expected:
         evidence = np.zeros_like(misfit)
         nothing = np.zeros(misfit.shape, dtype=bool)
         for j, other in enumerate(fits):
-            own = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
+            lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
             pull = (other.slopes @ other.zeta)[:, None]
-            white = solve_triangular(own, np.hstack([off, off + pull, factor]), lower=True)
+            white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
             off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
             misfit[:, j] = 0.5 * off
-            evidence[:, j] = -0.5 * (2 * np.log(np.diag(own)).sum() + scatter.sum() + left)
+            evidence[:, j] = -0.5 * (2 * np.log(np.diag(lower)).sum() + scatter.sum() + left)
             more = np.array([true.acting < other.acting for true in fits])
             nothing[:, j] = more & (_room(other, factor, size) < least)
         return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing)
@@ -205,13 +205,13 @@ def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
     """
     white = solve_triangular(factor, rival.slopes, lower=True)
     open_to = np.linalg.inv(white.T @ white + np.eye(white.shape[1]))[rival.own :, rival.own :]
-    own = rival.slopes[: len(noise), rival.own :] / noise[:, None]
+    slopes = rival.slopes[: len(noise), rival.own :] / noise[:, None]
     change = rival.change / noise[: len(rival.change)]
-    followed = own[: len(change)]
+    followed = slopes[: len(change)]
     inner = followed.T @ followed + np.eye(followed.shape[1])
-    known = change - followed @ np.linalg.solve(inner, followed.T @ change)
-    most = float(np.linalg.eigvals(open_to @ own.T @ own).real.max(initial=0.0))
-    return float(np.sqrt(most + known @ known))
+    fixed = change - followed @ np.linalg.solve(inner, followed.T @ change)
+    most = float(np.linalg.eigvals(open_to @ slopes.T @ slopes).real.max(initial=0.0))
+    return float(np.sqrt(most + fixed @ fixed))
 
 
 def told_apart(
@@ -283,15 +283,15 @@ class Comparison:
         nothing was measured, independent between readings, so that no tie is split by less.
         """
         here, there = self.measurement.listed, proposal.measurement.listed
-        known = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
-        noise = np.array([known.get(name, CHANNELS[name].noise) for name in there["column"]])
+        by_column = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
+        noise = np.array([by_column.get(name, CHANNELS[name].noise) for name in there["column"]])
         return np.diag(noise**2 + (0.01 * readings) ** 2)
 
     def worth(
         self,
         addition: Proposal | NumberCheck,
         after: Sequence[Rival],
-        own: np.ndarray,
+        covariance: np.ndarray,
         cross: float | np.ndarray,
         unseen: bool | np.ndarray = False,
     ) -> NextExperiment:
@@ -300,14 +300,14 @@ class Comparison:
         Args:
             addition: what is measured.
             after: each hypothesis at the addition's m readings.
-            own: covariance of these, shape (m, m).
+            covariance: that of these readings, shape (m, m).
             cross: covariance of the readings so far and these, shape (n, m).
             unseen: pairs that differ in what the readings do not show, shape (effects, effects);
                 one value for all pairs will do.
         """
         n = len(self.covariance)
-        between = np.broadcast_to(cross, (n, len(own)))
-        joint = np.block([[self.covariance, between], [between.T, own]])
+        between = np.broadcast_to(cross, (n, len(covariance)))
+        joint = np.block([[self.covariance, between], [between.T, covariance]])
         together = [
             replace(
                 a,

@@ -85,8 +85,8 @@ class Analysis[S: Simulator]:
     def mesh_errors(self) -> dict[str, float]:
         """Root mean square of what the mesh gets wrong, by channel; empty where it is not known."""
         error, channels = self.simulation.mesh, self.measurement.channels()
-        rms = {name: np.sqrt(np.mean(error[own] ** 2)) for name, own in channels.items()}
-        return {name: float(each) for name, each in rms.items() if each}
+        rms = {name: np.sqrt(np.mean(error[at] ** 2)) for name, at in channels.items()}
+        return {name: float(size) for name, size in rms.items() if size}
 
     def judged_by_shape(self) -> Self:
         """With the causes that have rivals by the shape of what they change.
@@ -126,22 +126,22 @@ class Analysis[S: Simulator]:
         Args:
             posterior: of all hypotheses without them.
         """
-        have = {each.kind for each in self.errors.artefacts}
+        have = {artefact.kind for artefact in self.errors.artefacts}
         along, steep = self.errors.along, self.errors.steep
         every = possible_artefacts(self.measurement, along, steep, have)
-        changes = np.array([each.nuisance.change for each in every])
+        changes = np.array([artefact.nuisance.change for artefact in every])
         columns = changes.reshape(len(every), len(self.errors.noise)).T
-        log_prior = np.array([each.log_prior for each in every])
-        of = np.unique([each.kind for each in every], return_inverse=True)[1]
+        log_prior = np.array([artefact.log_prior for artefact in every])
+        of = np.unique([artefact.kind for artefact in every], return_inverse=True)[1]
         return [every[place] for place in pursued(posterior, columns, log_prior, of)]
 
-    def beside(self, found: Sequence[Artefact]) -> Self:
+    def beside(self, artefacts: Sequence[Artefact]) -> Self:
         """Return the analysis of readings that have some artefacts.
 
         Args:
-            found: these.
+            artefacts: that the readings have.
         """
-        errors = self.errors.beside(found)
+        errors = self.errors.beside(artefacts)
         problem = replace(self.problem, covariance=errors.covariance)
         return replace(self, errors=errors, problem=problem)
 
@@ -159,38 +159,38 @@ class Analysis[S: Simulator]:
 
     def overrides(self, fit: MapFit) -> Change:
         """Return the change of the configuration to the numbers of a fit."""
-        problem, found = self.problem, dict(self.point(fit).change(self.applied))
-        for each in fitted_effects():
-            if each.told.each_time and each.name() not in fit.subset:
-                anew = each.fitted(self.applied)
-                found.pop(anew.key if anew else "", None)
+        problem, change = self.problem, dict(self.point(fit).change(self.applied))
+        for cls in fitted_effects():
+            if cls.told.each_time and cls.name() not in fit.subset:
+                anew = cls.fitted(self.applied)
+                change.pop(anew.key if anew else "", None)
         linear = enumerate(problem.always[problem.simulated_count :], problem.simulated_count)
         for place, number in linear:  # as told, but where they are far off
             if {*number.names} & {*NAMES} & {*fit.subset}:
-                found |= number.change(float(number.at(fit.zeta[place])))
-        return found
+                change |= number.change(float(number.at(fit.zeta[place])))
+        return change
 
     # -- what is linear ---------------------------------------------------------------------------
 
     def left(self, fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual of an exact simulation at a fit, by C⁻¹ and itself, (n,) each."""
-        rest = self.problem.value - self.exact(fit)
-        return self.problem.levels[fit.level].weighed(rest), rest
+        residual = self.problem.value - self.exact(fit)
+        return self.problem.levels[fit.level].weighed(residual), residual
 
     def fitted(self, fit: MapFit) -> np.ndarray:
         """(n,) exact readings at a fit, with the rig's numbers and the specimens' own as fitted."""
-        weighed, rest = self.left(fit)
-        return np.asarray(self.problem.value - rest + self.errors.fitted @ weighed)
+        weighed, residual = self.left(fit)
+        return np.asarray(self.problem.value - residual + self.errors.fitted @ weighed)
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """The most probable linear nuisances at a fit, by their standard deviations."""
         weighed, _ = self.left(fit)
-        return {each.name: float(each.change @ weighed) for each in self.errors.shared}
+        return {n.name: float(n.change @ weighed) for n in self.errors.shared}
 
     @property
     def fitted_names(self) -> tuple[str, ...]:
         """The model's own numbers by what a laboratory tells them as."""
-        return tuple(each.told_as for each in self.problem.always)
+        return tuple(number.told_as for number in self.problem.always)
 
     # -- exact simulations ------------------------------------------------------------------------
 
@@ -216,18 +216,18 @@ class Analysis[S: Simulator]:
             other = self.simulation.of(addition.measurement, known_mesh=addition.known_mesh)
             return other.at(points)
         if free:
-            points = [self.simulation.free(each) or each for each in points]
+            points = [self.simulation.free(point) or point for point in points]
         return self.simulation.at(points)
 
     def point(self, fit: MapFit) -> Point:
         """The numbers of a fit that a simulation is of."""
         problem = self.problem
-        own = zip(
+        numbers = zip(
             problem.always[1 : problem.simulated_count], map(float, fit.zeta[1:]), strict=False
         )
         places = problem.places(fit.subset).items()
         causes = [(self.causes[name], fit.zeta[own_places]) for name, own_places in places]
-        return Point(problem.factor, float(fit.zeta[0]), tuple(own), tuple(causes))
+        return Point(problem.factor, float(fit.zeta[0]), tuple(numbers), tuple(causes))
 
     def expected(
         self, fits: Sequence[MapFit], addition: Proposal
@@ -242,24 +242,24 @@ class Analysis[S: Simulator]:
             None where one of them does not reach all readings.
         """
         problem, count = self.problem, self.problem.simulated_count
-        every = [told for told in self.simulated(fits, addition) if told is not None]
+        every = [run for run in self.simulated(fits, addition) if run is not None]
         if len(every) < len(fits):
             return None
         anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
-        changes = {each.name: each.change for each in anew}
-        found = []
+        changes = {nuisance.name: nuisance.change for nuisance in anew}
+        expected = []
         for fit, tangents in zip(fits, every, strict=True):
-            (told,) = tangents.told
-            slopes = np.zeros((len(told), len(fit.zeta)))
+            (columns,) = tangents.told
+            slopes = np.zeros((len(columns), len(fit.zeta)))
             at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
             for place, (number, zeta), slope in zip(
-                at, self._solid(fit), told[:, 1:].T, strict=True
+                at, self._solid(fit), columns[:, 1:].T, strict=True
             ):
                 slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
             for place in range(count, problem.nuisance_count):
                 slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
-            found.append((told[:, 0], slopes))
-        return found
+            expected.append((columns[:, 0], slopes))
+        return expected
 
     def _solid(self, fit: MapFit) -> list[tuple[Unknown, float]]:
         """Numbers that simulations are functions of, and ζ at a fit."""
@@ -280,11 +280,11 @@ class Analysis[S: Simulator]:
             scatter = self.errors.scatter
             stiff = max(scatter.scale, scatter.prior_scale) * readings
             shared += np.outer(stiff, stiff)
-        known = {each.name: each.change for each in self.errors.shared}
-        for each in self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh):
-            if each.name not in self.fitted_names:
-                shared += np.outer(each.change, each.change)
-                cross += np.outer(known.get(each.name, np.zeros(len(cross))), each.change)
+        by_name = {nuisance.name: nuisance.change for nuisance in self.errors.shared}
+        for nuisance in self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh):
+            if nuisance.name not in self.fitted_names:
+                shared += np.outer(nuisance.change, nuisance.change)
+                cross += np.outer(by_name.get(nuisance.name, np.zeros(len(cross))), nuisance.change)
         return shared, cross
 
 
@@ -346,12 +346,12 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
     """
     problem = analysis.problem
     seen = Visibility(problem, none.zeta[: problem.nuisance_count])
-    found: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
+    hidden: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
         zeta = cause.at_strength(cause.box())
         if seen.strength(name, zeta) < problem.policy.visible:
-            _, found[name] = _taken(analysis, seen, seen.change(name, zeta))
-    return found
+            _, hidden[name] = _taken(analysis, seen, seen.change(name, zeta))
+    return hidden
 
 
 def _taken(
@@ -363,9 +363,9 @@ def _taken(
     if alone < analysis.problem.policy.visible:
         return alone, ()
     always, shared = analysis.problem.always, analysis.errors.shared
-    names = [each.names[0] if each.names else each.key for each in always]
-    names += [each.name for each in shared]
-    columns = np.column_stack([seen.own, *(each.change for each in shared)]) / noise[:, None]
+    names = [number.names[0] if number.names else number.key for number in always]
+    names += [other.name for other in shared]
+    columns = np.column_stack([seen.own, *(other.change for other in shared)]) / noise[:, None]
     parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
     order = np.argsort(parts)[::-1]
     return alone, tuple(names[i] for i in order if parts[i] >= 0.5 * parts.max())
@@ -386,22 +386,22 @@ def alternatives(
     """
     problem, evidence = posterior.problem, _evidence(posterior)
     against = max(evidence.values()) if off else evidence[NONE]
-    fits = {(each.subset, each.level): each for each in posterior.fits}
-    found = []
+    fits = {(hypothesis.subset, hypothesis.level): hypothesis for hypothesis in posterior.fits}
+    possible = []
     for subset, log in evidence.items():
         factor = float(np.exp(log - against))
         if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
-        fit, own = fits[subset, 0.0], problem.nuisance_count
-        seen = Visibility(problem, fit.zeta[:own])
+        fit, count = fits[subset, 0.0], problem.nuisance_count
+        seen = Visibility(problem, fit.zeta[:count])
         change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
         more = _room(analysis, fit, change)
-        more_of_readings = problem.slopes(subset, fit.zeta)[:, own:] @ more[own:]
+        more_of_readings = problem.slopes(subset, fit.zeta)[:, count:] @ more[count:]
         alone, behind = _taken(analysis, seen, change + more_of_readings)
         if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
-            found.append(Alternative(fit, factor, behind, stronger))
-    return sorted(found, key=lambda each: -each.factor)
+            possible.append(Alternative(fit, factor, behind, stronger))
+    return sorted(possible, key=lambda other: -other.factor)
 
 
 def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
@@ -409,13 +409,13 @@ def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
 
     Its sign is that of the change so far, (n,); the model's own numbers follow.
     """
-    own = analysis.problem.nuisance_count
-    slopes = analysis.problem.slopes(fit.subset, fit.zeta)[:, own:]
+    count = analysis.problem.nuisance_count
+    slopes = analysis.problem.slopes(fit.subset, fit.zeta)[:, count:]
     covariance = np.linalg.inv(fit.hessian)
-    lower = np.linalg.cholesky(covariance[own:, own:])
+    lower = np.linalg.cholesky(covariance[count:, count:])
     white = slopes @ lower / analysis.errors.noise[:, None]
     way = np.linalg.svd(white, full_matrices=False)[2][0]
-    step = covariance[:, own:] @ np.linalg.solve(lower.T, way)
+    step = covariance[:, count:] @ np.linalg.solve(lower.T, way)
     return np.asarray(step if (slopes @ lower @ way) @ change >= 0 else -step)
 
 
@@ -425,4 +425,4 @@ def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
     prior = posterior.problem.policy.levels
     for fit in posterior.fits:
         logs[fit.subset].append(fit.log_evidence + float(np.log(prior[fit.level])))
-    return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}
+    return {subset: float(np.logaddexp.reduce(terms)) for subset, terms in logs.items()}

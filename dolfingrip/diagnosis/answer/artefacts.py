@@ -41,9 +41,9 @@ class Artefact:
     @property
     def wide(self) -> Artefact:
         """Artefact whose size has the wide part of its prior."""
-        own, by = self.nuisance, self.nuisance.unknown.prior.wide
-        prior = replace(own.unknown.prior, spread=by * own.std)
-        return replace(self, nuisance=Nuisance(replace(own.unknown, prior=prior), by * own.change))
+        n, by = self.nuisance, self.nuisance.unknown.prior.wide
+        prior = replace(n.unknown.prior, spread=by * n.std)
+        return replace(self, nuisance=Nuisance(replace(n.unknown, prior=prior), by * n.change))
 
 
 def possible_artefacts(
@@ -63,15 +63,15 @@ def possible_artefacts(
         *_jumps(listed, along.path, shown), *_waves(listed, shown, policy),
         *filter(_either_way, _plays(listed, shown, policy)),
     ]  # fmt: skip
-    new = [each for each in every if each.kind not in have]
+    new = [artefact for artefact in every if artefact.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
     usual, rare = (
         float(np.log(policy.rare * part / max(len(new), 1)))
         for part in (1 - policy.rare, policy.rare)
     )
     return [
-        *(replace(each, log_prior=usual) for each in new),
-        *(replace(each.wide, log_prior=rare) for each in new),
+        *(replace(artefact, log_prior=usual) for artefact in new),
+        *(replace(artefact.wide, log_prior=rare) for artefact in new),
     ]  # fmt: skip
 
 
@@ -132,9 +132,9 @@ def _together(tests: Sequence[SpecimenTest]) -> Iterator[tuple[str, Sequence[Spe
     for test in tests:
         yield str(test), [test]
     for experiment in dict.fromkeys(test.experiment for test in tests):
-        own = [test for test in tests if test.experiment == experiment]
-        if len(own) > 1:
-            yield f"all specimens ({experiment})", own
+        group = [test for test in tests if test.experiment == experiment]
+        if len(group) > 1:
+            yield f"all specimens ({experiment})", group
 
 
 def _jumps(listed: pd.DataFrame, path: np.ndarray, every: Sequence[_Shown]) -> Iterator[Artefact]:
@@ -203,9 +203,9 @@ def _waves(listed: pd.DataFrame, every: Sequence[_Shown], policy: Policy) -> Ite
     for shown in every:
         if not shown.controls:
             continue
-        own = control[number == shown.tests[0].number]
-        span = float(np.ptp(own))
-        read = len(np.unique(np.round(own / max(span, 1e-9), 2)))
+        values = control[number == shown.tests[0].number]
+        span = float(np.ptp(values))
+        read = len(np.unique(np.round(values / max(span, 1e-9), 2)))
         most = min(read / policy.few, policy.dense)
         for count in np.arange(policy.fewest_periods, most, 0.1):
             phase = 2 * np.pi * count * control / span
@@ -223,5 +223,5 @@ def _artefact(key: str, std: float, unit: str, change: np.ndarray, kind: str = "
 
     Its kind is its key where no other is told.
     """
-    own = Nuisance(Unknown.marginal(key, std, unit), std * change)
-    return Artefact(own, kind or key)
+    nuisance = Nuisance(Unknown.marginal(key, std, unit), std * change)
+    return Artefact(nuisance, kind or key)

@@ -92,19 +92,19 @@ class Diagnosis:
         Intervals of what is fitted in every hypothesis hold whichever of those acts that the answer
         leaves open.
         """
-        found = fitted_numbers(self.analysis, fit)
+        numbers = fitted_numbers(self.analysis, fit)
         if fit.subset != self.decision.best.subset:
-            return found
-        ends = {each.key: [each] for each in found}
+            return numbers
+        ends = {number.key: [number] for number in numbers}
         for other in (*map(self.member, self.open_names), *self.members.values()):
-            for each in fitted_numbers(self.analysis, other):
-                ends.get(each.key, []).append(each)
+            for number in fitted_numbers(self.analysis, other):
+                ends.get(number.key, []).append(number)
         return [
-            each.model_copy(update={
-                "low": min(other.low for other in ends[each.key]),
-                "high": max(other.high for other in ends[each.key]),
+            number.model_copy(update={
+                "low": min(other.low for other in ends[number.key]),
+                "high": max(other.high for other in ends[number.key]),
             })
-            for each in found
+            for number in numbers
         ]  # fmt: skip
 
     def member(self, name: str) -> MapFit:
@@ -112,16 +112,16 @@ class Diagnosis:
         allowed = {name, *self.decision.second}
         causes = self.posterior.problem.causes
         fits = [fit for _, fit in self.posterior.weighed if name in fit.subset]
-        own = [fit for fit in fits if set(causes(fit.subset)) <= allowed]
-        return max(own or fits, key=lambda each: each.log_evidence)
+        within = [fit for fit in fits if set(causes(fit.subset)) <= allowed]
+        return max(within or fits, key=lambda fit: fit.log_evidence)
 
     @property
     def members(self) -> dict[str, MapFit]:
         """Fits of the causes that could stand in the place of the one that is told, by name."""
-        known, best = self.posterior.names, self.decision.best.subset
+        names, best = self.posterior.names, self.decision.best.subset
         return {
             name: self.member(name)
-            for name in self.decision.first if name in known and name not in best
+            for name in self.decision.first if name in names and name not in best
         }  # fmt: skip
 
     def words(self, name: str) -> str:
@@ -130,15 +130,15 @@ class Diagnosis:
         if name not in self.analysis.causes:
             return effect(name)().words(applied)
         fit = self.member(name)
-        own = fit.zeta[self.analysis.problem.places(fit.subset)[name]]
-        on = changed(applied, self.analysis.causes[name].overrides(own, self.analysis.factor(fit)))
-        told: str = getattr(on.extensions, name).words(applied)
-        return told
+        zeta = fit.zeta[self.analysis.problem.places(fit.subset)[name]]
+        on = changed(applied, self.analysis.causes[name].overrides(zeta, self.analysis.factor(fit)))
+        words: str = getattr(on.extensions, name).words(applied)
+        return words
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
-        own = dict(zip(self.analysis.fitted_names, map(float, fit.zeta), strict=False))
-        return own | self.analysis.nuisances(fit)
+        fitted = dict(zip(self.analysis.fitted_names, map(float, fit.zeta), strict=False))
+        return fitted | self.analysis.nuisances(fit)
 
     @property
     def artefacts(self) -> Sequence[Artefact]:
@@ -171,7 +171,7 @@ class Diagnosis:
         """
         sure = self.decision.probability
         if self.decision.answer == "none":
-            names = {name for each in self.alternatives for name in each.fit.subset}
+            names = {name for other in self.alternatives for name in other.fit.subset}
             sure -= sum(
                 p for p, fit in self.posterior.weighed
                 if fit.shows_nothing and not names.isdisjoint(fit.subset)
@@ -191,10 +191,10 @@ class Diagnosis:
         """
         if not self.undecided:
             return []
-        inclusion, own = self.decision.inclusion, self.posterior.problem.implausible
+        inclusion, numbers = self.decision.inclusion, self.posterior.problem.implausible
         least = self.policy.matters
-        names = [each.fit.subset[0] for each in self.alternatives]
-        seen = [n for n, p in inclusion.items() if p >= least and n not in {*own, *names}]
+        names = [other.fit.subset[0] for other in self.alternatives]
+        seen = [n for n, p in inclusion.items() if p >= least and n not in {*numbers, *names}]
         return sorted([*names, *seen], key=lambda name: -inclusion.get(name, 0.0))
 
     @property
@@ -253,10 +253,10 @@ def diagnosed(
     analysis = analysis.judged_by_shape()
     most = 2 if quick else analysis.problem.policy.most_fits
     analysis, posterior = refined(analysis, _compared(analysis), say, most)
-    while found := analysis.artefacts(posterior):
-        say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
-        other = analysis.beside(found)
-        log_prior = sum(each.log_prior for each in found)
+    while artefacts := analysis.artefacts(posterior):
+        say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in artefacts)}")
+        other = analysis.beside(artefacts)
+        log_prior = sum(artefact.log_prior for artefact in artefacts)
         other, beside = refined(other, _compared(other), say, most)
         likelier = (
             beside.log_density + log_prior

@@ -71,7 +71,7 @@ def lying(simulation: Simulator) -> Along:
     load /= largest.replace(0.0, 1.0).to_numpy()
     for mine in of.values():
         path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine], measurement.policy)
-    group = {test: place for place, each in enumerate(simulation.groups) for test in each.tests}
+    group = {test: place for place, part in enumerate(simulation.groups) for test in part.tests}
     block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
     size = np.sqrt((listed["value"] ** 2).groupby(block).transform("mean"))
     row = listed["row"].to_numpy()
@@ -107,15 +107,15 @@ def kernel(along: Along) -> np.ndarray:
 
 def _at_rest_zero(k: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
     """[k]₀ of a kernel by the distance."""
-    rest = k(np.abs(at))
-    return k(np.abs(at[:, None] - at)) - np.outer(rest, rest)
+    to_rest = k(np.abs(at))
+    return k(np.abs(at[:, None] - at)) - np.outer(to_rest, to_rest)
 
 
 def smooth_curves(along: Along) -> np.ndarray:
     """Columns of any smooth curve of the load in each channel, as free as its size, (n, k)."""
     columns = []
     for block in np.unique(along.block):
-        own = along.block == block
+        mine = along.block == block
         shapes = chebyshev.chebvander(2 * along.load - 1, along.policy.smooth - 1)
-        columns.append((own * along.load * along.size)[:, None] * shapes)
+        columns.append((mine * along.load * along.size)[:, None] * shapes)
     return np.hstack(columns)

@@ -60,25 +60,25 @@ class Errors:
         Args:
             names: of the numbers.
         """
-        changes = [each.change for each in self.shared if each.name in names]
-        own = sum((np.outer(each, each) for each in changes), np.zeros_like(self.covariance))
+        changes = [nuisance.change for nuisance in self.shared if nuisance.name in names]
+        part = sum((np.outer(change, change) for change in changes), np.zeros_like(self.covariance))
         return replace(
-            self, covariance=self.covariance - own, fitted=self.fitted - own,
-            shared=tuple(each for each in self.shared if each.name not in names),
+            self, covariance=self.covariance - part, fitted=self.fitted - part,
+            shared=tuple(nuisance for nuisance in self.shared if nuisance.name not in names),
         )  # fmt: skip
 
-    def beside(self, found: Sequence[Artefact]) -> Errors:
+    def beside(self, artefacts: Sequence[Artefact]) -> Errors:
         """Return them with artefacts of instruments, whose sizes are numbers of the rig.
 
         Args:
-            found: which readings have.
+            artefacts: that the readings have.
         """
-        changes = np.column_stack([each.nuisance.change for each in found])
-        own = changes @ changes.T
+        changes = np.column_stack([artefact.nuisance.change for artefact in artefacts])
+        part = changes @ changes.T
         return replace(
-            self, covariance=self.covariance + own, fitted=self.fitted + own,
-            shared=(*self.shared, *(each.nuisance for each in found)),
-            artefacts=(*self.artefacts, *found),
+            self, covariance=self.covariance + part, fitted=self.fitted + part,
+            shared=(*self.shared, *(artefact.nuisance for artefact in artefacts)),
+            artefacts=(*self.artefacts, *artefacts),
         )  # fmt: skip
 
 
@@ -104,7 +104,7 @@ def errors_of(simulation: Simulator) -> Errors:
     test, row = listed["test"].to_numpy(), listed["row"].to_numpy()
     steep = slope * factor + base * turned * by_control
     by = factor if simulation.closed_form else np.ones(len(test))
-    shared = [replace(each, change=each.change * by) for each in rig]
+    shared = [replace(nuisance, change=nuisance.change * by) for nuisance in rig]
     off = of_mesh(simulation.mesh, listed["experiment"], along.load)
     fitted = off @ off.T
     slack_mm = np.array([
@@ -126,7 +126,7 @@ def errors_of(simulation: Simulator) -> Errors:
     gauge = steep * instrument.control / np.sqrt(_in_a_mean(measurement))[row]
     covariance += np.outer(gauge, gauge) * (row[:, None] == row)
     noise = np.sqrt(np.diag(covariance))
-    fitted = fitted + sum(np.outer(each.change, each.change) for each in shared)
+    fitted = fitted + sum(np.outer(nuisance.change, nuisance.change) for nuisance in shared)
     covariance += fitted
     scatter, apart = between(measurement, covariance, along, signal)
     specimen = listed["specimen"].to_numpy()
@@ -150,9 +150,9 @@ def of_mesh(error: np.ndarray, experiment: pd.Series, load: np.ndarray) -> np.nd
         experiment: of each reading, (n,).
         load: by the largest of the experiment, shape (n,).
     """
-    own = error[:, None] * pd.get_dummies(experiment).to_numpy(float)
+    by_experiment = error[:, None] * pd.get_dummies(experiment).to_numpy(float)
     part = np.abs(load)[:, None]
-    return np.hstack([own * (1 - part), own * part])
+    return np.hstack([by_experiment * (1 - part), by_experiment * part])
 
 
 def _in_a_mean(measurement: Measurement) -> np.ndarray:
@@ -177,17 +177,17 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
         The factor, shape (n,), and its derivative by the load, shape (n,).
     """
     value = listed["value"].to_numpy()
-    found, turned = np.zeros(len(value)), np.zeros(len(value))
+    factor, turned = np.zeros(len(value)), np.zeros(len(value))
     for at in along.ways(listed):
         x = 2 * along.load[at] - 1
         places = len(np.unique(np.round(x / along.policy.gauge)))
         degree = min(places // along.policy.few, along.policy.smooth)
         powers = chebyshev.chebvander(x, degree)
         weights, *_ = np.linalg.lstsq(base[at, None] * powers, value[at], rcond=1e-8)
-        found[at] = powers @ weights
+        factor[at] = powers @ weights
         by_x = chebyshev.chebder(weights)
         turned[at] = 2 * chebyshev.chebval(x, by_x)
-    return found, turned
+    return factor, turned
 
 
 def without_memory(measurement: Measurement, errors: Errors) -> np.ndarray:
@@ -200,5 +200,5 @@ def without_memory(measurement: Measurement, errors: Errors) -> np.ndarray:
         errors: of them.
     """
     rubs = plays(measurement, errors.along, errors.steep)
-    friction = [each.wide.nuisance.change for each in rubs]
+    friction = [play.wide.nuisance.change for play in rubs]
     return np.column_stack([smooth_curves(errors.along), *friction])

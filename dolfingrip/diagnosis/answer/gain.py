@@ -58,14 +58,14 @@ class HeldOut:
     claimed: bool
 
 
-def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
+def held_out(analysis: Analysis[Any], full: ModelPosterior) -> HeldOut:
     """Leave out each specimen in turn, and bands and branches where there are some."""
-    folds = [_fold(analysis, whole, kind, part) for kind, part in _parts(analysis)]
+    folds = [_fold(analysis, full, kind, part) for kind, part in _parts(analysis)]
     errors = []
     for kind in dict.fromkeys(fold.kind for fold in folds):
-        own = [fold for fold in folds if fold.kind == kind]
+        of_kind = [fold for fold in folds if fold.kind == kind]
         for name, which in analysis.measurement.channels().items():
-            errors.append(_error(own, kind, name, which, analysis.problem))
+            errors.append(_error(of_kind, kind, name, which, analysis.problem))
     by_nuisances = sum(fold.log_odds[0] for fold in folds)
     by_process = sum(fold.log_odds[1] for fold in folds)
     claimed = by_nuisances >= analysis.problem.policy.log_odds and by_process > 0
@@ -93,12 +93,12 @@ def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
         yield BRANCHES, ways == way
 
 
-def _fold(analysis: Analysis[Any], whole: ModelPosterior, kind: str, part: np.ndarray) -> Fold:
+def _fold(analysis: Analysis[Any], full: ModelPosterior, kind: str, part: np.ndarray) -> Fold:
     problem = analysis.problem
-    rest = searched_again(problem.rows(~part), whole)
-    decision = decide(rest)
-    free = rest.best(NONE)
-    plain = analysis.exact(rest.best(NONE, level=0.0))
+    without = searched_again(problem.rows(~part), full)
+    decision = decide(without)
+    free = without.best(NONE)
+    plain = analysis.exact(without.best(NONE, level=0.0))
     cause = analysis.exact(decision.best) if decision.answer == "cause" else plain
     if not np.isfinite(cause).all():  # without equilibrium at some reading nothing is predicted
         cause = plain
@@ -110,22 +110,22 @@ def _fold(analysis: Analysis[Any], whole: ModelPosterior, kind: str, part: np.nd
         return np.asarray(mean + total[:, ~part] @ left)
 
     def scale(prediction: np.ndarray) -> np.ndarray:
-        own = part & analysis.scaled
-        if kind != SPECIMENS or not own.any():
+        mine = part & analysis.scaled
+        if kind != SPECIMENS or not mine.any():
             return prediction
-        square = float(prediction[own] @ prediction[own])
-        factor = float(prediction[own] @ problem.value[own]) / square if square > 0 else 1.0
-        return np.where(own, factor, 1.0) * prediction
+        square = float(prediction[mine] @ prediction[mine])
+        factor = float(prediction[mine] @ problem.value[mine]) / square if square > 0 else 1.0
+        return np.where(mine, factor, 1.0) * prediction
 
-    told = {
+    means = {
         "before": problem.base, "nuisances": conditioned(plain, 0.0),
         "process": conditioned(analysis.exact(free), free.level), "cause": conditioned(cause, 0.0),
     }  # fmt: skip
-    predictions = {name: scale(each) for name, each in told.items()}
-    return Fold(kind, part, predictions, _log_odds(whole, rest))
+    predictions = {name: scale(curve) for name, curve in means.items()}
+    return Fold(kind, part, predictions, _log_odds(full, without))
 
 
-def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float]:
+def _log_odds(full: ModelPosterior, without: ModelPosterior) -> tuple[float, float]:
     """By the evidence of all readings and of the rest: ln p(left out | rest) of each model."""
 
     def models(posterior: ModelPosterior) -> np.ndarray:
@@ -134,9 +134,9 @@ def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float
         plain, beside = by.get((False, False), 0.0), by.get((False, True), 0.0)
         return np.array([cause, plain, plain + beside])
 
-    before, after = models(rest), models(whole)
+    before, after = models(without), models(full)
     with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.log(after / before) + whole.log_density - rest.log_density
+        logs = np.log(after / before) + full.log_density - without.log_density
     cause, plain, process = np.where((before > 0) & (after > 0), logs, -1e3)
     return float(cause - plain), float(cause - process)
 
@@ -145,8 +145,8 @@ def _error(
     folds: list[Fold], kind: str, channel: str, which: np.ndarray, problem: InferenceProblem
 ) -> HeldOutError:
     def rms(by: str, chosen: Iterable[int]) -> float:
-        own = [folds[i] for i in chosen]
-        off = [(each.predictions[by] - problem.value)[each.part & which] for each in own]
+        some = [folds[i] for i in chosen]
+        off = [(fold.predictions[by] - problem.value)[fold.part & which] for fold in some]
         together = np.concatenate(off) ** 2
         return float(np.sqrt(together.mean())) if together.size else 0.0
 

@@ -44,13 +44,13 @@ def refined[S: Simulator](
         names = [" with ".join(fit.subset) or "the model" for fit in fits]
         say(f"simulating {', '.join(names)} at {'its' if len(fits) == 1 else 'their'} best numbers")
         problem, changed = analysis.problem, []
-        for fit, told in zip(fits, analysis.simulated(fits, free=bool(free)), strict=True):
+        for fit, tangents in zip(fits, analysis.simulated(fits, free=bool(free)), strict=True):
             causes = problem.causes(fit.subset)
             tried[causes] += 1
-            if told is None:
+            if tangents is None:
                 problem = problem.without(causes)
                 continue
-            problem = problem.beside([(causes, told)])
+            problem = problem.beside([(causes, tangents)])
             changed.append(causes)
         analysis = replace(analysis, problem=problem)
         posterior = search(
@@ -80,7 +80,7 @@ def doubtful(
         if missed > policy.exactly and causes not in problem.impossible:
             most = float(np.log(probability[id(fit)] + np.finfo(float).tiny)) + missed
             could[causes] = max(could.get(causes, (most, fit)), (most, fit), key=lambda e: e[0])
-    for causes, (most, fit) in sorted(could.items(), key=lambda each: -each[1][0]):
+    for causes, (most, fit) in sorted(could.items(), key=lambda pair: -pair[1][0]):
         alone = len(causes) == 1
         costs = not alone or analysis.simulation.free(analysis.point(fit)) is None
         left = policy.tries * (1 if costs else 2) - tried[causes]

@@ -29,23 +29,23 @@ from dolfingrip.parameter.nuisances import changes
 
 
 def settled_by(
-    found: Diagnosis, say: Say, *, simulating: bool
+    diagnosis: Diagnosis, say: Say, *, simulating: bool
 ) -> tuple[list[NextExperiment], list[str]]:
     """Weigh what tells the hypotheses apart that the answer leaves open, the best first.
 
     Args:
-        found: the diagnosis up to its answer.
+        diagnosis: up to its answer.
         say: told what is being done.
         simulating: whether tests are weighed, too, which have to be simulated.
 
     Returns:
         What helps, and why some could not be weighed, a sentence each.
     """
-    analysis, open_ = found.analysis, _open(found)
+    analysis, open_ = diagnosis.analysis, _open(diagnosis)
     if len(open_) < 2:
         return [], []
     problem, fits = analysis.problem, [fit for _, fit in open_]
-    level = found.decision.best.level if found.decision.answer == "unknown" else 0.0
+    level = diagnosis.decision.best.level if diagnosis.decision.answer == "unknown" else 0.0
     comparison = Comparison(
         analysis.measurement, analysis.errors.noise,
         problem.covariance + level**2 * problem.kernel,
@@ -61,11 +61,11 @@ def settled_by(
         checks(analysis.applied, EXPERIMENTS["coupon"].parts) if analysis.closed_form
         else [*checks(analysis.applied), coupon_check(problem.policy)]
     )  # fmt: skip
-    weighed = [_checked(analysis, comparison, each, fits) for each in possible]
+    weighed = [_checked(analysis, comparison, check, fits) for check in possible]
     now = chance_alone(comparison.probability, comparison.apart)
-    helpful = [each for each in weighed if each is not None and (each.chance > now or each.tells)]
+    helpful = [test for test in weighed if test is not None and (test.chance > now or test.tells)]
     failed: list[str] = []
-    for proposal in proposals(analysis.measurement, found.config) if simulating else ():
+    for proposal in proposals(analysis.measurement, diagnosis.config) if simulating else ():
         say(f"next experiment: {proposal.name}")
         try:
             helpful.append(_tested(analysis, comparison, proposal, fits))
@@ -74,28 +74,28 @@ def settled_by(
     return sorted(helpful, key=lambda worth: worth.rank), failed
 
 
-def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
+def _open(diagnosis: Diagnosis) -> list[tuple[float, MapFit]]:
     """Hypotheses that could each be the answer, the most probable first."""
-    posterior, decision = found.posterior, found.decision
+    posterior, decision = diagnosis.posterior, diagnosis.decision
     if decision.answer == "cause":
         return tied(posterior, decision)
     if decision.answer == "none":
-        rest = [(each.factor, each.stronger) for each in found.alternatives]
-        return [(1.0, found.none), *rest]
+        others = [(other.factor, other.stronger) for other in diagnosis.alternatives]
+        return [(1.0, diagnosis.none), *others]
     total, policy = posterior.by_causes, posterior.problem.policy
-    likely, least = [NONE, *(each.fit.subset for each in found.alternatives)], 0.0
-    if not found.alternatives:
+    likely, least = [NONE, *(other.fit.subset for other in diagnosis.alternatives)], 0.0
+    if not diagnosis.alternatives:
         likely, least = [*total], policy.matters * max(total.values())
-    likely = sorted((each for each in likely if total[each] > least), key=lambda each: -total[each])
-    most = len(found.alternatives) or policy.leading
-    return [(total[each], posterior.best(each)) for each in likely[:most]]
+    likely = sorted((s for s in likely if total[s] > least), key=lambda s: -total[s])
+    most = len(diagnosis.alternatives) or policy.leading
+    return [(total[s], posterior.best(s)) for s in likely[:most]]
 
 
 def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.ndarray) -> Rival:
     problem = analysis.problem
-    acting, own = frozenset(problem.causes(fit.subset)), problem.nuisance_count
-    change = problem.predicted(fit.subset, fit.zeta) - problem.predicted(NONE, fit.zeta[:own])
-    return Rival(fit.zeta, readings, slopes, acting, own, change)
+    acting, count = frozenset(problem.causes(fit.subset)), problem.nuisance_count
+    change = problem.predicted(fit.subset, fit.zeta) - problem.predicted(NONE, fit.zeta[:count])
+    return Rival(fit.zeta, readings, slopes, acting, count, change)
 
 
 def _tested(
@@ -109,14 +109,14 @@ def _tested(
     expected = analysis.expected(fits, proposal)
     if expected is None:
         raise ConfigError("a simulation of a likely cause does not reach all readings")
-    after = [_rival(analysis, fit, *own) for fit, own in zip(fits, expected, strict=True)]
+    after = [_rival(analysis, fit, *pair) for fit, pair in zip(fits, expected, strict=True)]
     shared, cross = analysis.covariances(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew
     seen = shows_memory(analysis.measurement, proposal.measurement)
-    remembers = np.array([any(map(remembers_state, each.acting)) for each in after])
+    remembers = np.array([any(map(remembers_state, rival.acting)) for rival in after])
     unseen = (remembers[:, None] != remembers) & (not seen)
-    own = comparison.errors(proposal, after[0].readings) + shared
-    return comparison.worth(proposal, after, own, cross, unseen)
+    covariance = comparison.errors(proposal, after[0].readings) + shared
+    return comparison.worth(proposal, after, covariance, cross, unseen)
 
 
 def _checked(
@@ -124,22 +124,22 @@ def _checked(
 ) -> NextExperiment | None:
     """Weigh a check of single numbers; None where no hypothesis is about any of them."""
     after = [_checked_rival(analysis, check, fit) for fit in fits]
-    if not any(each.slopes.any() for each in after):
+    if not any(rival.slopes.any() for rival in after):
         return None
-    own = np.diag(np.square(check.std))
+    covariance = np.diag(np.square(check.std))
     cross = np.zeros((len(analysis.problem.value), len(check.std)))
-    for each in analysis.errors.shared:
-        read = check.read(changes(analysis.applied, each.name, each.std))
-        own += np.outer(read, read)
-        cross += np.outer(each.change, read)
-    return comparison.worth(check, after, own, cross)
+    for nuisance in analysis.errors.shared:
+        read = check.read(changes(analysis.applied, nuisance.name, nuisance.std))
+        covariance += np.outer(read, read)
+        cross += np.outer(nuisance.change, read)
+    return comparison.worth(check, after, covariance, cross)
 
 
 def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival:
     """A hypothesis at the readings of a check, by how far its numbers are from doing nothing."""
     problem, zeta = analysis.problem, fit.zeta
-    numbers = [(each, place, float(each.at(0.0))) for place, each in enumerate(problem.always)]
-    numbers += [(each, place, cause.neutral(each)) for cause, each, place in analysis.numbers(fit)]
+    numbers = [(n, place, float(n.at(0.0))) for place, n in enumerate(problem.always)]
+    numbers += [(n, place, cause.neutral(n)) for cause, n, place in analysis.numbers(fit)]
     readings = np.zeros(len(check.std))
     slopes = np.zeros((len(check.std), len(zeta)))
     for number, place, start in numbers:
@@ -153,25 +153,25 @@ def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival
     return _rival(analysis, fit, readings, slopes)
 
 
-def advice(found: Diagnosis) -> Advice | None:
+def advice(diagnosis: Diagnosis) -> Advice | None:
     """Advise what to do next where nothing that was weighed tells all that is open.
 
     Args:
-        found: the diagnosis, with what was weighed.
+        diagnosis: with what was weighed.
 
     Returns:
         None where what was weighed does.
     """
-    decision, analysis = found.decision, found.analysis
-    coupons, names = analysis.closed_form, found.tied
-    told = {name for test in found.next for name in test.tells}
-    if found.next and not decision.by_shape and told.issuperset(names):
+    decision, analysis = diagnosis.decision, diagnosis.analysis
+    coupons, names = analysis.closed_form, diagnosis.tied
+    settled = {name for test in diagnosis.next for name in test.tells}
+    if diagnosis.next and not decision.by_shape and settled.issuperset(names):
         return None
     memory_seen = shows_memory(analysis.measurement)
-    names = [name for name in names if name not in told]
+    names = [name for name in names if name not in settled]
     acting = [*names, *decision.first, *decision.second]
     unload = not memory_seen and any(map(remembers_state, acting))
-    way: Way = "finger" if coupons else "nothing" if found.claimed else "alone"
+    way: Way = "finger" if coupons else "nothing" if diagnosis.claimed else "alone"
     if decision.by_shape and coupons and memory_seen:
         way = "empty_machine"
     elif decision.by_shape and not coupons:
@@ -187,6 +187,6 @@ def advice(found: Diagnosis) -> Advice | None:
     elif decision.answer == "none":
         way = "finger" if coupons else "nothing"
     if way == "alone":
-        likely = (name for name, p in decision.inclusion.items() if p >= found.policy.matters)
+        likely = (name for name, p in decision.inclusion.items() if p >= diagnosis.policy.matters)
         names = [*dict.fromkeys([*decision.first, *decision.second, *likely])]
     return Advice(way=way, names=tuple(names), unload=unload)

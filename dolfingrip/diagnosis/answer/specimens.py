@@ -31,33 +31,33 @@ def between(
     be taken for a cause. Beside fingers, and of one specimen, the shape of coupons is assumed: no
     simple law follows them exactly.
     """
-    own = Individual(measurement, covariance, along, signal)
-    told = own.told
+    individual = Individual(measurement, covariance, along, signal)
+    prior_scale = individual.told
     one_curve = len({test.experiment for test in measurement.tests}) == 1
-    specimens = len(set(own.specimen))
+    specimens = len(set(individual.specimen))
     if specimens == 1 or not one_curve:
         coupon = (measurement.listed["experiment"] == "coupon").to_numpy()
         shape = kernel(along) * np.outer(coupon, coupon)
-        least, *_ = own.policy.discrepancy_levels
+        least, *_ = individual.policy.discrepancy_levels
         level = least if coupon.all() else 0.0
         scatter = Scatter(
-            specimens=specimens, scale=0.0, prior_scale=told, shape=level, estimated=False
+            specimens=specimens, scale=0.0, prior_scale=prior_scale, shape=level, estimated=False
         )
         return scatter, least**2 * shape
-    likelihood = own.likelihood()
+    likelihood = individual.likelihood()
     best = 0
     for number, of in enumerate(likelihood.max(axis=1)):
         if of > likelihood[best].max() + 0.5:
             best = number
-    scale = own.scales[best] * told
+    scale = individual.scales[best] * prior_scale
     weights = np.exp(likelihood[best] - likelihood[best].max())
-    levels = np.array(own.policy.specimen_shapes)
+    levels = np.array(individual.policy.specimen_shapes)
     level = float(np.sqrt(weights @ levels**2 / weights.sum()))
     scatter = Scatter(
-        specimens=specimens, scale=scale, prior_scale=told, shape=level, estimated=True,
-        wide=scale > 2 * told,
+        specimens=specimens, scale=scale, prior_scale=prior_scale, shape=level, estimated=True,
+        wide=scale > 2 * prior_scale,
     )  # fmt: skip
-    return scatter, own.apart(scale, level)
+    return scatter, individual.apart(scale, level)
 
 
 @dataclass(eq=False)
@@ -130,8 +130,8 @@ class Individual:
 
     def evidence(self, outside: Sequence[str]) -> float:
         """ln p of the readings where some specimens stand apart, the scatter integrated out."""
-        found = self.likelihood(outside)
-        return float(np.logaddexp.reduce(found, axis=None) - np.log(found.size))
+        logs = self.likelihood(outside)
+        return float(np.logaddexp.reduce(logs, axis=None) - np.log(logs.size))
 
 
 def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
@@ -143,13 +143,13 @@ def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
     columns: list[np.ndarray] = []
     for at in along.ways(listed):
         x = along.load[at]
-        each = int(listed.iloc[at].groupby("test").size().median())
+        count = int(listed.iloc[at].groupby("test").size().median())
         places = len(np.unique(np.round(x / along.policy.gauge)))
-        degree = min(places, each, along.policy.most_stops - 1) - 1
-        own = np.zeros((len(along.load), degree + 1))
+        degree = min(places, count, along.policy.most_stops - 1) - 1
+        shapes = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
-        own[at] = chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
-        columns.append(own)
+        shapes[at] = chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
+        columns.append(shapes)
     return np.hstack(columns)
 
 
@@ -157,9 +157,9 @@ def _restricted(covariance: np.ndarray, common: np.ndarray, value: np.ndarray) -
     lower = scipy.linalg.cholesky(covariance, lower=True)
     white = scipy.linalg.solve_triangular(lower, np.column_stack([value, common]), lower=True)
     q, r = np.linalg.qr(white[:, 1:])
-    rest = white[:, 0] - q @ (q.T @ white[:, 0])
+    residual = white[:, 0] - q @ (q.T @ white[:, 0])
     determinant = np.log(np.diag(lower)).sum() + np.log(np.abs(np.diag(r)) + 1e-300).sum()
-    return float(-0.5 * rest @ rest - determinant)
+    return float(-0.5 * residual @ residual - determinant)
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,7 @@ class Apart:
     log_odds: float
 
 
-def apart(own: Individual) -> Apart | None:
+def apart(readings: Individual) -> Apart | None:
     """Find the specimens whose readings are far likelier apart from those of the others.
 
     A specimen that stands apart has a curve of its own, up to a tenth of the signal away from the
@@ -183,19 +183,19 @@ def apart(own: Individual) -> Apart | None:
     matters (restricted likelihood, as where their scatter is estimated).
 
     Args:
-        own: readings of specimens, of which two may stand apart where there are four.
+        readings: those of specimens, of which two may stand apart where there are four.
 
     Returns:
         None where none does, or where too few specimens could tell.
     """
-    names = sorted(set(own.specimen))
+    names = sorted(set(readings.specimen))
     # two at least share a curve; which two, four specimens tell where the others differ
     log = {
-        each: own.evidence(each) + len(each) * float(np.log(own.policy.rare))
+        outside: readings.evidence(outside) + len(outside) * float(np.log(readings.policy.rare))
         for count in range(min(2, len(names) - 2) + 1)
-        for each in combinations(names, count)
+        for outside in combinations(names, count)
     }
     best = max(log, key=log.__getitem__)
-    rest = [value for each, value in log.items() if each != best]
-    found = Apart(best, log[best] - float(logsumexp(rest)) if rest else 0.0)
-    return found if best and found.log_odds > own.policy.log_odds else None
+    others = [value for outside, value in log.items() if outside != best]
+    likeliest = Apart(best, log[best] - float(logsumexp(others)) if others else 0.0)
+    return likeliest if best and likeliest.log_odds > readings.policy.log_odds else None

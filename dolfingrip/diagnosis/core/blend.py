@@ -77,7 +77,7 @@ class TangentBlend:
     def of(
         cls,
         numbers: Sequence[Unknown],
-        known: Tangents,
+        runs: Tangents,
         noise: np.ndarray,
         length: float = np.inf,
         missed: float = Policy().matters,
@@ -86,17 +86,17 @@ class TangentBlend:
 
         Args:
             numbers: that they are functions of.
-            known: the simulations.
+            runs: the simulations.
             noise: of the readings, by which components count, shape (n,).
             length: ℓ, in standard deviations of the numbers.
             missed: of a reading, which components may leave, by its noise.
         """
-        rows = np.moveaxis(known.told, 2, 1) / noise  # (m, 1 + d, n)
+        rows = np.moveaxis(runs.told, 2, 1) / noise  # (m, 1 + d, n)
         ways = components(rows.reshape(-1, len(noise)), missed)
         inner = rows @ ways.T
-        bent = [each.bend for each in numbers]
+        bent = [number.bend for number in numbers]
         return cls(
-            numbers, np.array(bent).reshape(-1, 2).T, ways.T * noise[:, None], known.u, inner[:, 0],
+            numbers, np.array(bent).reshape(-1, 2).T, ways.T * noise[:, None], runs.u, inner[:, 0],
             np.moveaxis(inner[:, 1:], 1, 2), np.square(length) ** -float(POWER),
         )  # fmt: skip
 
@@ -130,11 +130,11 @@ class TangentBlend:
         weight /= weight.sum(axis=1, keepdims=True) + self.fading
         m, k, d = self.slopes.shape
         steps = np.matmul(off.swapaxes(0, 1), self.slopes.swapaxes(1, 2)).swapaxes(0, 1)
-        each = self.values + steps  # (places, m, k)
-        found = (weight[:, None] @ each)[:, 0]
+        linear = self.values + steps  # (places, m, k)
+        g = (weight[:, None] @ linear)[:, 0]
         slopes = (weight @ self.slopes.reshape(m, k * d)).reshape(-1, k, d)
-        pull = (each - found[:, None]) * (-2 * POWER * weight / square)[..., None]
-        return found, slopes + pull.swapaxes(1, 2) @ off
+        pull = (linear - g[:, None]) * (-2 * POWER * weight / square)[..., None]
+        return g, slopes + pull.swapaxes(1, 2) @ off
 
     def rows(self, kept: np.ndarray) -> TangentBlend:
         """Restrict it to some of the readings."""

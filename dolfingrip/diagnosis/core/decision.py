@@ -74,17 +74,17 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     decision = decide(posterior)
     others = {name: decide(_reweighted(posterior, logs)) for name, logs in changes.items()}
     answers = {OWN: decision, **others}
-    if decision.second and min(_of(each, decision) for each in answers.values()) <= 0.5:
+    if decision.second and min(_of(answer, decision) for answer in answers.values()) <= 0.5:
         least = {
-            names: min(held(each.subsets, names) for each in answers.values())
-            for each in (decision.first, decision.second)
-            if (names := tuple(name for name in each if name in posterior.names))
+            names: min(held(answer.subsets, names) for answer in answers.values())
+            for side in (decision.first, decision.second)
+            if (names := tuple(name for name in side if name in posterior.names))
         }
         decision = decide(posterior, alone=max(least, key=least.__getitem__))
-    found = Sensitivity(answers, {name: _of(each, decision) for name, each in answers.items()})
+    varied = Sensitivity(answers, {name: _of(answer, decision) for name, answer in answers.items()})
     if decision.answer == "unknown":
-        decision = replace(decision, probability=min(decision.probability, found.least))
-    return decision, found
+        decision = replace(decision, probability=min(decision.probability, varied.least))
+    return decision, varied
 
 
 def _of(other: Decision, decision: Decision) -> float:
@@ -106,8 +106,8 @@ def _wider(fit: MapFit, tails: np.ndarray, by: float, rare: float = Policy().rar
         rare: probability of their wide part.
     """
     d = len(tails)
-    own, first = fit.zeta[len(fit.zeta) - d :], np.zeros(len(fit.zeta) - d)
-    (old, stiff), (new, soft) = (mixture(own / w, tails, rare) for w in (1.0, by))
+    zeta, first = fit.zeta[len(fit.zeta) - d :], np.zeros(len(fit.zeta) - d)
+    (old, stiff), (new, soft) = (mixture(zeta / w, tails, rare) for w in (1.0, by))
     relaxed = np.r_[first, stiff - soft / by**2]
     pull = relaxed * fit.zeta
     hessian = fit.hessian - np.diag(relaxed)
@@ -193,8 +193,8 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
 
     def with_laws(names: tuple[str, ...]) -> tuple[str, ...]:
         every = (*names, *laws[1:]) if {*laws[:1]} & {*names} else names
-        rest = _by_shape(posterior, every)
-        return rest if held(mass, rest) >= policy.claimed else every
+        kept = _by_shape(posterior, every)
+        return kept if held(mass, kept) >= policy.claimed else every
 
     first, second = (alone, NONE) if alone else map(
         with_laws, _sets(by_effects, inclusion, posterior.strengths, policy.credible)
@@ -304,10 +304,10 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     # the curve is in the place of all memory: what else remembers would be fitted without it
     acting = problem.causes(best.subset)
     others = tuple(name for name in acting if name not in problem.remembering)
-    rest = posterior.best(others, level=best.level)
+    without = posterior.best(others, level=best.level)
     total = problem.covariance + best.level**2 * problem.kernel
     total = total + problem.curves @ problem.curves.T
-    off = problem.value - problem.predicted(rest.subset, rest.zeta)
+    off = problem.value - problem.predicted(without.subset, without.zeta)
     free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
     return 0.5 * (free - best.misfit) > problem.policy.log_odds
 
@@ -316,8 +316,8 @@ def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, 
     """With all that a factor of the model's own may be."""
     place = problem.implausible
     return tuple(
-        each for name in names
-        for each in (problem.always[place[name]].names if name in place else (name,))
+        member for name in names
+        for member in (problem.always[place[name]].names if name in place else (name,))
     )  # fmt: skip
 
 
@@ -347,7 +347,7 @@ def _sets(
         return _smallest(mass, inclusion, credible), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     seen, total = 0.0, sum(pairs.values())
-    for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
+    for (a, b), p in sorted(pairs.items(), key=lambda pair: -pair[1]):
         if seen >= credible * total:
             break
         seen += p
@@ -358,9 +358,9 @@ def _sets(
         for name, side in ((b, 0), (a, 1)) if turned else ((a, 0), (b, 1)):
             if name not in sides[1 - side]:
                 sides[side][name] = sides[side].get(name, 0.0) + p
-    found = [tuple(sorted(side, key=lambda name: -side[name])) for side in sides]
-    found.sort(key=lambda names: -strength.get(names[0], 0.0))
-    return found[0], found[1]
+    sets = [tuple(sorted(side, key=lambda name: -side[name])) for side in sides]
+    sets.sort(key=lambda names: -strength.get(names[0], 0.0))
+    return sets[0], sets[1]
 
 
 def _smallest(
@@ -373,15 +373,15 @@ def _smallest(
     """
     left = {subset: p for subset, p in mass.items() if subset}
     total = sum(left.values())
-    found: list[str] = []
+    cover: list[str] = []
     while sum(left.values()) > (1 - credible) * total:
         share: dict[str, float] = defaultdict(float)
         for subset, p in left.items():
             for name in subset:
                 share[name] += p
-        found.append(max(share, key=lambda name: (share[name], inclusion[name])))
-        left = {subset: p for subset, p in left.items() if found[-1] not in subset}
-    return tuple(found)
+        cover.append(max(share, key=lambda name: (share[name], inclusion[name])))
+        left = {subset: p for subset, p in left.items() if cover[-1] not in subset}
+    return tuple(cover)
 
 
 def _leading(posterior: ModelPosterior, first: tuple[str, ...], second: tuple[str, ...]) -> MapFit:
@@ -391,19 +391,19 @@ def _leading(posterior: ModelPosterior, first: tuple[str, ...], second: tuple[st
         named = _meets(fit.visible, first, second) if first else not fit.visible
         return named and fit.visible == fit.subset
 
-    told = posterior.by(lambda fit: (allowed(fit), fit.subset))
-    total = {subset: p for (named, subset), p in told.items() if named}
+    masses = posterior.by(lambda fit: (allowed(fit), fit.subset))
+    total = {subset: p for (named, subset), p in masses.items() if named}
     if not total:
         return posterior.best(NONE)
     # what is told of the answer is of one of each set, and of causes that it names, where these do
     causes, named = posterior.problem.causes, {*first, *second}
     least = posterior.problem.policy.matters * max(total.values())
     single = [
-        each for each, p in total.items()
-        if p >= least and all(len({*each} & {*names}) < 2 for names in (first, second))
+        s for s, p in total.items()
+        if p >= least and all(len({*s} & {*names}) < 2 for names in (first, second))
     ]  # fmt: skip
-    own = [each for each in single if named >= {*causes(each)}]
-    return posterior.best(max(own or single or total, key=lambda subset: total[subset]))
+    within = [s for s in single if named >= {*causes(s)}]
+    return posterior.best(max(within or single or total, key=lambda subset: total[subset]))
 
 
 def _at_most(stays: float, doubt: float) -> float:
@@ -425,17 +425,17 @@ def _stays(
     off: dict[Subset, float] = {}
     for fit in posterior.fits:
         if fit.level == 0:
-            own = causes(fit.subset)
-            off[own] = min(fit.misfit - n, off.get(own, np.inf))
+            acting = causes(fit.subset)
+            off[acting] = min(fit.misfit - n, off.get(acting, np.inf))
     share, total = 0.0, 0.0
     for p, fit in posterior.weighed:
-        own = causes(fit.subset)
+        acting = causes(fit.subset)
         if names and not _meets(fit.subset, names, beside):
             continue
         total += p
-        missed = off[tuple(each for each in own if names and each not in names)]
-        if fit.subset and not own:  # what is missed with the model's own numbers as told
+        missed = off[tuple(name for name in acting if names and name not in names)]
+        if fit.subset and not acting:  # what is missed with the model's own numbers as told
             missed = posterior.as_reported - n
         if fit.level > 0 and missed > 0:
-            share += p * float(np.clip(off[own] / missed, 0.0, 1.0))
+            share += p * float(np.clip(off[acting] / missed, 0.0, 1.0))
     return share / total if total else 1.0

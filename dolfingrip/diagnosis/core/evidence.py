@@ -127,58 +127,58 @@ class InferenceProblem:
         return replace(
             self, value=self.value[kept], base=self.base[kept], noise=self.noise[kept],
             linear=self.linear[kept], covariance=self.covariance[both], kernel=self.kernel[both],
-            runs={causes: each.rows(kept) for causes, each in self.runs.items()},
-            blends={causes: each.rows(kept) for causes, each in self.blends.items()},
+            runs={causes: run.rows(kept) for causes, run in self.runs.items()},
+            blends={causes: blend.rows(kept) for causes, blend in self.blends.items()},
             curves=None if self.curves is None else self.curves[kept],
         )  # fmt: skip
 
     def beside(self, more: Iterable[tuple[Subset, Tangents]]) -> InferenceProblem:
         """The problem with further simulations, by the causes that act in them."""
         runs, new = dict(self.runs), set[Subset]()
-        for causes, own in more:
-            runs[causes] = Tangents.stacked([runs[causes], own]) if causes in runs else own
+        for causes, run in more:
+            runs[causes] = Tangents.stacked([runs[causes], run]) if causes in runs else run
             new.add(causes)
         blends: dict[Subset, TangentBlend] = {}
-        found = replace(self, runs=runs, blends=blends)
+        problem = replace(self, runs=runs, blends=blends)
         for causes in sorted(runs, key=len):
-            if not any({*each} <= {*causes} for each in new):
+            if not any({*acting} <= {*causes} for acting in new):
                 blends[causes] = self.blends[causes]
                 continue
-            known, numbers = runs[causes], found._simulated(causes)
-            told = known.told.copy()
-            for part in [blend for each, blend in blends.items() if {*each} < {*causes}]:
+            simulated, numbers = runs[causes], problem._simulated(causes)
+            remaining = simulated.told.copy()
+            for part in [blend for acting, blend in blends.items() if {*acting} < {*causes}]:
                 some = [numbers.index(number) for number in part.numbers]
-                value, slopes = part.at_coordinates(known.u[:, some])
-                told[..., 0] -= value @ part.columns.T
-                told[..., 1:][..., some] -= part.columns @ slopes
+                value, slopes = part.at_coordinates(simulated.u[:, some])
+                remaining[..., 0] -= value @ part.columns.T
+                remaining[..., 1:][..., some] -= part.columns @ slopes
             length = 1.0 if len(causes) > 1 else np.inf
-            own = Tangents(known.u, told)
+            alone = Tangents(simulated.u, remaining)
             missed = self.policy.matters
-            blends[causes] = TangentBlend.of(numbers, own, self.noise, length, missed)
-        self._hand_on(found)
-        return found
+            blends[causes] = TangentBlend.of(numbers, alone, self.noise, length, missed)
+        self._hand_on(problem)
+        return problem
 
     def _hand_on(self, other: InferenceProblem) -> None:
         """Give another problem of the same readings what is whitened already."""
         if "levels" in vars(self):
-            levels = {k: CovarianceModel(other, k, each) for k, each in self.levels.items()}
+            levels = {k: CovarianceModel(other, k, model) for k, model in self.levels.items()}
             vars(other)["levels"] = levels
 
     def without(self, causes: Subset) -> InferenceProblem:
         """The problem in which a set of causes is impossible at its numbers."""
-        found = replace(self, impossible=self.impossible | {causes})
-        self._hand_on(found)
-        return found
+        problem = replace(self, impossible=self.impossible | {causes})
+        self._hand_on(problem)
+        return problem
 
     def _simulated(self, causes: Subset) -> list[Unknown]:
         """Numbers that simulations of some causes are functions of."""
-        own = [number for name in causes for number in self.numbers[name]]
-        return [*self.always[: self.simulated_count], *own]
+        numbers = [number for name in causes for number in self.numbers[name]]
+        return [*self.always[: self.simulated_count], *numbers]
 
     @property
     def implausible(self) -> dict[str, int]:
         """Which of ζ each of the model's own numbers is that may be far off, by name."""
-        return {each.names[0]: i for i, each in enumerate(self.always) if each.names}
+        return {number.names[0]: i for i, number in enumerate(self.always) if number.names}
 
     @property
     def rig(self) -> set[str]:
@@ -187,15 +187,15 @@ class InferenceProblem:
 
     def widths(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
-        found = np.ones(self.nuisance_count)
+        widths = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
-                found[place] = self.always[place].prior.wide
-        return found
+                widths[place] = self.always[place].prior.wide
+        return widths
 
     def tail(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the wide parts of the priors of a hypothesis' causes, (d,)."""
-        return np.array([each.tail for name in self.causes(subset) for each in self.numbers[name]])
+        return np.array([n.tail for name in self.causes(subset) for n in self.numbers[name]])
 
     def causes(self, subset: Subset) -> Subset:
         """Return the causes: all names but those of the model's own numbers."""
@@ -203,32 +203,32 @@ class InferenceProblem:
 
     def places(self, subset: Subset) -> dict[str, np.ndarray]:
         """Which of ζ are the numbers of each cause."""
-        found, at = {}, self.nuisance_count
+        places, at = {}, self.nuisance_count
         for name in self.causes(subset):
-            found[name] = np.arange(at, at + len(self.numbers[name]))
+            places[name] = np.arange(at, at + len(self.numbers[name]))
             at += len(self.numbers[name])
-        return found
+        return places
 
     def parts(self, subset: Subset) -> list[tuple[Subset, TangentBlend, np.ndarray]]:
         """Blends of a hypothesis: causes, function, and which of ζ it depends on."""
-        places, own = self.places(subset), np.arange(self.simulated_count)
+        places, first = self.places(subset), np.arange(self.simulated_count)
         return [
-            (causes, each, np.r_[own, *(places[name] for name in causes)])
-            for causes, each in self.blends.items()
+            (causes, blend, np.r_[first, *(places[name] for name in causes)])
+            for causes, blend in self.blends.items()
             if places.keys() >= {*causes}
         ]
 
     def box(self, subset: Subset) -> np.ndarray:
         """Ranges of ζ of a hypothesis, (d, 2); those of the model's own numbers first."""
         every = [*self.always, *(n for name in self.causes(subset) for n in self.numbers[name])]
-        return np.array([[each.low, each.high] for each in every])
+        return np.array([[number.low, number.high] for number in every])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
-        found = self.linear @ zeta[self.simulated_count : self.nuisance_count]
-        for _, blend, own in self.parts(subset):
-            found = found + blend.columns @ blend.at(zeta[None, own])[0]
-        return found
+        readings = self.linear @ zeta[self.simulated_count : self.nuisance_count]
+        for _, blend, which in self.parts(subset):
+            readings = readings + blend.columns @ blend.at(zeta[None, which])[0]
+        return readings
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
@@ -241,11 +241,11 @@ class InferenceProblem:
 
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Their derivatives by ζ, shape (n, d)."""
-        found = np.zeros((len(self.value), len(zeta)))
-        found[:, self.simulated_count : self.nuisance_count] = self.linear
-        for _, blend, own in self.parts(subset):
-            found[:, own] += blend.columns @ blend.with_slopes(zeta[None, own])[1][0]
-        return found
+        slopes = np.zeros((len(self.value), len(zeta)))
+        slopes[:, self.simulated_count : self.nuisance_count] = self.linear
+        for _, blend, which in self.parts(subset):
+            slopes[:, which] += blend.columns @ blend.with_slopes(zeta[None, which])[1][0]
+        return slopes
 
     def extrapolated(self, fit: MapFit) -> float:
         """ln of evidence that a fit's readings may miss, as they are not simulated.
@@ -256,23 +256,23 @@ class InferenceProblem:
         causes = self.causes(fit.subset)
         here = self.predicted(fit.subset, fit.zeta)
         if causes in self.runs:
-            rest = fit.zeta[self.simulated_count : self.nuisance_count]
-            off = here - self.linear @ rest - self.runs[causes].told[..., 0]
+            zeta = fit.zeta[self.simulated_count : self.nuisance_count]
+            off = here - self.linear @ zeta - self.runs[causes].told[..., 0]
             off = off[np.argmin(np.square(off / self.noise).sum(axis=1))]
         else:  # two causes that were not simulated together, by the weaker one
             without = {name: tuple(n for n in fit.subset if n != name) for name in causes}
             every = [
-                here - self.predicted(each, self._part(fit, each)) for each in without.values()
+                here - self.predicted(fewer, self._part(fit, fewer)) for fewer in without.values()
             ]
-            off = min(every, key=lambda each: float(np.square(each / self.noise).sum()))
+            off = min(every, key=lambda change: float(np.square(change / self.noise).sum()))
         length = float(np.linalg.norm(self.levels[fit.level].whitened(off)))
         policy = self.policy
         return 0.5 * min(policy.first_error * length, 2 * policy.unlikely) ** 2
 
     def _part(self, fit: MapFit, subset: Subset) -> np.ndarray:
         """ζ of a fit without those of causes that a subset does not have."""
-        places, own = self.places(fit.subset), np.arange(self.nuisance_count)
-        return fit.zeta[np.r_[own, *(places[name] for name in self.causes(subset))]]
+        places, first = self.places(fit.subset), np.arange(self.nuisance_count)
+        return fit.zeta[np.r_[first, *(places[name] for name in self.causes(subset))]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,9 +350,9 @@ class CovarianceModel:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
         return np.asarray(scipy.linalg.solve_triangular(self._lower, columns, lower=True))
 
-    def weighed(self, rest: np.ndarray) -> np.ndarray:
-        """C⁻¹ rest, shape (n,)."""
-        return np.asarray(scipy.linalg.cho_solve((self._lower, True), rest))
+    def weighed(self, residual: np.ndarray) -> np.ndarray:
+        """C⁻¹ r of a residual r, shape (n,)."""
+        return np.asarray(scipy.linalg.cho_solve((self._lower, True), residual))
 
     def coloured(self, white: np.ndarray) -> np.ndarray:
         """L white: readings' errors of covariance C from independent ones, shape (n,)."""
@@ -416,12 +416,12 @@ class _Places:
 
     def of(self, rows: np.ndarray | slice) -> _Places:
         """Return some of the places."""
-        return _Places(**{name: each[rows] for name, each in vars(self).items()})
+        return _Places(**{name: array[rows] for name, array in vars(self).items()})
 
     def move(self, rows: np.ndarray, there: _Places) -> None:
         """Take others in the place of some."""
-        for name, each in vars(self).items():
-            each[rows] = getattr(there, name)
+        for name, array in vars(self).items():
+            array[rows] = getattr(there, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -716,10 +716,10 @@ class Visibility:
     def strength(self, name: str, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
         white = self.columns.whitened(self.change(name, zeta))
-        rest = white - self.columns.whitened(self.own) @ taken(
+        residual = white - self.columns.whitened(self.own) @ taken(
             white, self.columns.whitened(self.own)
         )
-        return float(np.sqrt(max(white @ rest, 0.0)))
+        return float(np.sqrt(max(white @ residual, 0.0)))
 
 
 def taken(change: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -71,25 +71,25 @@ def drawn(
             for wider in WIDER
         ]
         proposals += fresh
-        each = policy.draws // len(fresh)
-        new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
+        count = policy.draws // len(fresh)
+        new = np.vstack([q.rvs(count, random_state=rng).reshape(count, len(mode)) for q in fresh])
         places, densities = np.vstack([places, new]), np.r_[densities, log_density(new)]
-        mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
+        mixture = logsumexp([q.logpdf(places) for q in proposals], axis=0)
         log = densities - (mixture - np.log(len(proposals)))
         if not np.isfinite(log.max()):
             return None
         total = float(logsumexp(log))
-        found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        steady = abs(found.log_integral - before) < policy.exactly
-        if found.effective >= EFFECTIVE and (steady or found.effective > len(log) / 2):
-            return found
-        before, least = found.log_integral, 2 * len(mode) + 2
+        draws = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
+        steady = abs(draws.log_integral - before) < policy.exactly
+        if draws.effective >= EFFECTIVE and (steady or draws.effective > len(log) / 2):
+            return draws
+        before, least = draws.log_integral, 2 * len(mode) + 2
         if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
             continue
         tempered = _tempered(log, least)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
-    return found if found.effective >= EFFECTIVE / 2 else None
+    return draws if draws.effective >= EFFECTIVE / 2 else None
 
 
 def _tempered(log: np.ndarray, least: int) -> np.ndarray:

@@ -65,10 +65,10 @@ class ModelPosterior:
 
     def by[K](self, of: Callable[[MapFit], K]) -> dict[K, float]:
         """Probability of all hypotheses that have something in common, by what it is."""
-        found: dict[K, float] = defaultdict(float)
+        total: dict[K, float] = defaultdict(float)
         for p, fit in self.weighed:
-            found[of(fit)] += p
-        return dict(found)
+            total[of(fit)] += p
+        return dict(total)
 
     @property
     def subsets(self) -> dict[Subset, float]:
@@ -83,10 +83,10 @@ class ModelPosterior:
     @property
     def strengths(self) -> dict[str, float]:
         """Strength of each name in the most probable fit that has it."""
-        found: dict[str, float] = {}
-        for _, fit in sorted(self.weighed, key=lambda each: each[0]):
-            found |= dict(zip(fit.subset, fit.strengths, strict=True))
-        return found
+        strengths: dict[str, float] = {}
+        for _, fit in sorted(self.weighed, key=lambda pair: pair[0]):
+            strengths |= dict(zip(fit.subset, fit.strengths, strict=True))
+        return strengths
 
     def best(self, subset: Subset, *, level: float | None = None) -> MapFit:
         """The most probable fit of these causes, at one level or at any.
@@ -100,10 +100,10 @@ class ModelPosterior:
 
     def leaders[K](self, of: Callable[[MapFit], K]) -> dict[K, MapFit]:
         """The most probable fits of those that have something in common, by what it is."""
-        found: dict[K, MapFit] = {}
-        for _, fit in sorted(self.weighed, key=lambda each: -each[0]):
-            found.setdefault(of(fit), fit)
-        return found
+        leaders: dict[K, MapFit] = {}
+        for _, fit in sorted(self.weighed, key=lambda pair: -pair[0]):
+            leaders.setdefault(of(fit), fit)
+        return leaders
 
 
 def search(
@@ -267,21 +267,21 @@ def pursued(
     policy, prior = problem.policy, problem.policy.levels
     logs = [fit.log_evidence + float(np.log(prior[fit.level])) for fit in posterior.fits]
     best, most = list[int](), max(logs)
-    for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
+    for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda pair: -pair[1]):
         if log + 0.5 * fit.misfit <= most:
             continue  # more than all that is missed cannot be gained
         model = problem.levels[fit.level]
         if fit.level not in white:
             white[fit.level] = model.whitened(columns)
-        own, free = white[fit.level], model.whitened(problem.slopes(fit.subset, fit.zeta))
-        rest = problem.value - problem.predicted(fit.subset, fit.zeta)
-        off = model.whitened(rest) + free @ fit.zeta
+        added, free = white[fit.level], model.whitened(problem.slopes(fit.subset, fit.zeta))
+        residual = problem.value - problem.predicted(fit.subset, fit.zeta)
+        off = model.whitened(residual) + free @ fit.zeta
         chosen: list[int] = []
         for _ in range(policy.leading):
-            beside = np.column_stack([free, own[:, chosen]])
-            follow = taken(own, beside)
-            size = np.einsum("nk,nk->k", own, own) - ((beside.T @ own) * follow).sum(axis=0)
-            pull = off @ own - (off @ beside) @ follow
+            beside = np.column_stack([free, added[:, chosen]])
+            follow = taken(added, beside)
+            size = np.einsum("nk,nk->k", added, added) - ((beside.T @ added) * follow).sum(axis=0)
+            pull = off @ added - (off @ beside) @ follow
             gain = 0.5 * pull**2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
             gain[np.isin(of, of[chosen])] = -np.inf
             place = int(np.argmax(gain))
@@ -350,7 +350,7 @@ def _weighed(
 
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
-    box = np.array([[each.low, each.high] for each in problem.numbers[name]])
+    box = np.array([[number.low, number.high] for number in problem.numbers[name]])
     start = problem.policy.start
     ways = [(0, 0.0), *((i, way * start) for i in range(len(box)) for way in (-1, 1))]
     return [np.clip(way * np.eye(len(box))[i], *box.T) for i, way in ways]
@@ -360,10 +360,10 @@ def _starts_of_pair(
     problem: InferenceProblem, pair: Subset, zeta: Mapping[Key, np.ndarray]
 ) -> list[np.ndarray]:
     """Where fits of two causes start: at the fit of one beside a weak other, and at both."""
-    own = problem.nuisance_count
+    n = problem.nuisance_count
     one, other = (zeta[(name,), 0.0] for name in pair)
     weak = [_starts(problem, name)[0] for name in pair]
-    return [np.r_[one, other[own:]], np.r_[one, weak[1]], np.r_[other[:own], weak[0], other[own:]]]
+    return [np.r_[one, other[n:]], np.r_[one, weak[1]], np.r_[other[:n], weak[0], other[n:]]]
 
 
 def _likeliest(

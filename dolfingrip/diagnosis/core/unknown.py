@@ -88,8 +88,8 @@ class Unknown:
         """Make a cause of the number where it is implausible by its prior, by its key or a name."""
         spread = self.prior.wide * self.prior.spread
         prior = replace(self.prior, spread=spread, source="implausible by the prior")
-        own = replace(self, prior=prior, role="candidate", tail=1.0)
-        return Cause(name or self.key, (own,), ())
+        number = replace(self, prior=prior, role="candidate", tail=1.0)
+        return Cause(name or self.key, (number,), ())
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
@@ -188,7 +188,7 @@ def _at_each(function: Callable[[float], float], zeta: float | np.ndarray) -> np
 
     NumPy's exponential differs by processor, and what is simulated is found by its numbers.
     """
-    return np.array([function(each) for each in np.ravel(zeta).tolist()]).reshape(np.shape(zeta))
+    return np.array([function(z) for z in np.ravel(zeta).tolist()]).reshape(np.shape(zeta))
 
 
 def factor_of_moduli(
@@ -228,10 +228,10 @@ class Cause:
 
     @staticmethod
     def _change(values: Sequence[tuple[Unknown, float]], factor: float) -> Change:
-        found: dict[str, Any] = {}
+        change: dict[str, Any] = {}
         for number, value in values:
-            found |= number.change(value * factor if number.modulus else value)
-        return found
+            change |= number.change(value * factor if number.modulus else value)
+        return change
 
     def resting(self, factor: float = 1.0) -> Change:
         """Return the change by which the effect is there and does nothing.
@@ -239,8 +239,8 @@ class Cause:
         Args:
             factor: of its moduli.
         """
-        own = [(n, self.neutral(n) if n.amplitude else float(n.at(0.0))) for n in self.numbers]
-        return self._change([*own, *self.held], factor)
+        values = [(n, self.neutral(n) if n.amplitude else float(n.at(0.0))) for n in self.numbers]
+        return self._change([*values, *self.held], factor)
 
     @property
     def smooth(self) -> bool:
@@ -257,7 +257,7 @@ class Cause:
 
     def box(self) -> np.ndarray:
         """Ranges of ζ, (numbers, 2)."""
-        return np.array([[each.low, each.high] for each in self.numbers])
+        return np.array([[number.low, number.high] for number in self.numbers])
 
     def neutral(self, number: Unknown) -> float:
         """Value of an amplitude at which the effect does nothing."""
@@ -284,7 +284,7 @@ class Cause:
             strength: by the ordinary one.
             rng: draws the shape; None for the middles.
         """
-        found = []
+        zetas = []
         for number, (low, high) in zip(self.numbers, box, strict=True):
             if number.amplitude:
                 start, step = self.start_and_step(number)
@@ -292,8 +292,8 @@ class Cause:
                 zeta = low if number.prior.positive and value <= 0 else number.zeta(value)
             else:
                 zeta = 0.0 if rng is None else float(rng.standard_normal())
-            found.append(np.clip(zeta, low, high))
-        return np.array(found)
+            zetas.append(np.clip(zeta, low, high))
+        return np.array(zetas)
 
 
 def causes(
@@ -306,58 +306,56 @@ def causes(
         names: of those that are tried; the whole catalogue where None.
         policy: how far their numbers reach.
     """
-    on = {each.name() for each in config.extensions.active()}
-    found = []
+    on = {active.name() for active in config.extensions.active()}
+    candidates = []
     for name in NAMES if names is None else names:
-        each = effect(name)
-        if name in on or each.told.key or not each.tried or each.kind == "numerical":
+        cls = effect(name)
+        if name in on or cls.told.key or not cls.tried or cls.kind == "numerical":
             continue
-        found.append(cause(each, config, policy.reach))
-    return found
+        candidates.append(cause(cls, config, policy.reach))
+    return candidates
 
 
-def cause(each: type[Effect], config: Config, reach: float = Policy().reach) -> Cause:
+def cause(cls: type[Effect], config: Config, reach: float = Policy().reach) -> Cause:
     """An effect with its priors at the stiffness of the configuration's material.
 
     Args:
-        each: the effect.
+        cls: the effect.
         config: the model that is diagnosed.
         reach: largest |ζ| of its numbers.
     """
-    priors, given = scaled_priors(each, config.material.shear_MPa), each.given(config)
-    amplitudes = [key for key in each.neutral if key in priors and key not in given]
+    priors, given = scaled_priors(cls, config.material.shear_MPa), cls.given(config)
+    amplitudes = [key for key in cls.neutral if key in priors and key not in given]
     amplitudes = amplitudes or [key for key in priors if key not in given][:1]
     shapes = [key for key in priors if key not in amplitudes]
-    free = [key for key in shapes if key not in {*each.shapeless, *each.alike, *given}]
+    free = [key for key in shapes if key not in {*cls.shapeless, *cls.alike, *given}]
     numbers = tuple(
-        _number(each, key, priors[key], reach, amplitude=key in amplitudes)
+        _number(cls, key, priors[key], reach, amplitude=key in amplitudes)
         for key in [*amplitudes, *free]
     )
     held = tuple(
         (
-            _number(each, key, priors[key], reach, amplitude=False),
-            given.get(key, priors[key].at(0.0) if key in each.alike else priors[key].mean),
+            _number(cls, key, priors[key], reach, amplitude=False),
+            given.get(key, priors[key].at(0.0) if key in cls.alike else priors[key].mean),
         )
         for key in shapes
         if key not in free
     )
-    return Cause(each.name(), numbers, held)
+    return Cause(cls.name(), numbers, held)
 
 
-def _listed(each: type[Effect], key: str) -> bool:
-    default: Any = each.model_fields[key].default
+def _listed(cls: type[Effect], key: str) -> bool:
+    default: Any = cls.model_fields[key].default
     return isinstance(default, tuple)
 
 
-def _number(
-    each: type[Effect], key: str, prior: Prior, reach: float, *, amplitude: bool
-) -> Unknown:
+def _number(cls: type[Effect], key: str, prior: Prior, reach: float, *, amplitude: bool) -> Unknown:
     tail = prior.tail if amplitude else 1.0
     # what an instrument shows follows from the readings, however far it is off
-    reach *= tail if issubclass(each, Displaying) else 1.0
+    reach *= tail if issubclass(cls, Displaying) else 1.0
     return Unknown(
-        f"extensions.{each.name()}.{key}", prior, -reach, reach, bounds_of(each, key), amplitude,
-        _listed(each, key), each.is_modulus(key), tail=tail,
+        f"extensions.{cls.name()}.{key}", prior, -reach, reach, bounds_of(cls, key), amplitude,
+        _listed(cls, key), cls.is_modulus(key), tail=tail,
     ).reaching(reach)  # fmt: skip
 
 

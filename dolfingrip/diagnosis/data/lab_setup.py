@@ -149,10 +149,10 @@ class SetupFile:
         return ConfigError(f"{self.file}: {what}")
 
     def _experiments(self) -> tuple[str, ...]:
-        told = self._data.get("experiment", [])
-        names = [told] if isinstance(told, str) else told
+        entry = self._data.get("experiment", [])
+        names = [entry] if isinstance(entry, str) else entry
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise self._refuse(f"experiment = {told}: allowed: a name or a list of names")
+            raise self._refuse(f"experiment = {entry}: allowed: a name or a list of names")
         for name in names:
             if name not in (*EXPERIMENT_NAMES, *NOT_SIMULATED):
                 raise self._refuse(
@@ -166,12 +166,12 @@ class SetupFile:
         Raises:
             ConfigError: one line, if it is no table.
         """
-        found, key = self._data, ".".join(names)
+        table, key = self._data, ".".join(names)
         for name in names:
-            found = found.get(name, {})
-            if not isinstance(found, dict):
-                raise self._refuse(f"{key} = {found}: allowed: a table, [{key}]")
-        return found
+            table = table.get(name, {})
+            if not isinstance(table, dict):
+                raise self._refuse(f"{key} = {table}: allowed: a table, [{key}]")
+        return table
 
     def check_specimens(self, names: set[str]) -> None:
         """Raise if a table belongs to a specimen that is not in the CSV."""
@@ -185,9 +185,9 @@ class SetupFile:
         Raises:
             ConfigError: one line naming the key, its value and what is allowed.
         """
-        own = self.table("specimen", specimen)
+        of_specimen = self.table("specimen", specimen)
         sections = self._sections(self._data, "")
-        for name, values in self._sections(own, specimen).items():
+        for name, values in self._sections(of_specimen, specimen).items():
             sections[name] = {**sections.get(name, {}), **values}
         if "gravity" in sections:
             sections["gravity"].setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
@@ -195,14 +195,14 @@ class SetupFile:
             self._check_coupon(sections.get("coupon", {}))
         else:
             sections.pop("coupon", None)
-        noise, told = dict(self.table("noise")), _flat(self.table("nuisance"))
+        noise, spreads = dict(self.table("noise")), _flat(self.table("nuisance"))
         correlated = dict(self.table("noise", "correlated"))
         noise.pop("correlated", None)
         lasting = correlated.pop("correlation_time_s", None)
         if "specimen_scale" in noise:
-            told = {"specimen_scale": noise.pop("specimen_scale"), **told}
+            spreads = {"specimen_scale": noise.pop("specimen_scale"), **spreads}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
-        numbers = {**self._data, **own}
+        numbers = {**self._data, **of_specimen}
         angle = self._data.get("angle", {})
         return LabSetup(
             sections,
@@ -212,11 +212,11 @@ class SetupFile:
             ),
             self._optional("noise.correlated.correlation_time_s", lasting),
             usual()
-            | self._spreads("nuisance", told, (*known_nuisances(), *self._parameters(told))),
+            | self._spreads("nuisance", spreads, (*known_nuisances(), *self._parameters(spreads))),
             self._optional(rate, numbers.get(rate)),
             self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
-            told=frozenset(told),
+            told=frozenset(spreads),
         )
 
     def spreads(self) -> dict[str, Any]:
@@ -227,8 +227,8 @@ class SetupFile:
     def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:
         """Values by section and key; flat keys are put into their sections."""
         where = f"specimen.{specimen}." if specimen else ""
-        found = {name: dict(data[name]) for name in SECTIONS if isinstance(data.get(name), dict)}
-        coupon = found.get("coupon", {})
+        sections = {name: dict(data[name]) for name in SECTIONS if isinstance(data.get(name), dict)}
+        coupon = sections.get("coupon", {})
         if "gauge_length_mm" in data:
             coupon["gauge_length_mm"] = self._number(
                 f"{where}gauge_length_mm", data["gauge_length_mm"]
@@ -237,38 +237,38 @@ class SetupFile:
             side = math.sqrt(self._number(f"{where}area_mm2", data["area_mm2"]))
             coupon |= {"width_mm": side, "thickness_mm": side}
         if coupon:
-            found["coupon"] = coupon
+            sections["coupon"] = coupon
         if specimen:
-            known = {*SECTIONS, *_DIRECT}
+            keys = {*SECTIONS, *_DIRECT}
             for key, value in data.items():
                 if key in Finger.model_fields:
-                    found.setdefault("finger", {})[key] = value
-                elif key not in known and not isinstance(value, str):
+                    sections.setdefault("finger", {})[key] = value
+                elif key not in keys and not isinstance(value, str):
                     raise self._refuse(
                         f"{where}{key}: unknown key; {near(key, tuple(Finger.model_fields))}"
                         f"allowed: {', '.join([*SECTIONS, *Finger.model_fields])}"
                     )
-        return found
+        return sections
 
-    def _check_coupon(self, told: Mapping[str, Any]) -> None:
+    def _check_coupon(self, coupon: Mapping[str, Any]) -> None:
         for key, unit, parts in (
             ("gauge_length_mm", "mm", {"gauge_length_mm"}),
             ("area_mm2", "mm²", {"width_mm", "thickness_mm"}),
         ):
-            if not parts <= told.keys():
+            if not parts <= coupon.keys():
                 raise self._refuse(f"{key}: missing; a coupon needs it; allowed: above 0 {unit}")
 
     def _spreads(
-        self, table: str, told: Mapping[str, Any], known: tuple[str, ...]
+        self, table: str, spreads: Mapping[str, Any], keys: tuple[str, ...]
     ) -> dict[str, float]:
-        for key in told:
-            if key not in known:
-                raise self._refuse(f"{table}.{key}: unknown key; {allowed(key, known)}")
-        return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in told.items()}
+        for key in spreads:
+            if key not in keys:
+                raise self._refuse(f"{table}.{key}: unknown key; {allowed(key, keys)}")
+        return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in spreads.items()}
 
-    def _parameters(self, told: Mapping[str, Any]) -> tuple[str, ...]:
+    def _parameters(self, nuisances: Mapping[str, Any]) -> tuple[str, ...]:
         """Keys of the configuration among the keys that are told."""
-        keys = tuple(key for key in told if "." in key)
+        keys = tuple(key for key in nuisances if "." in key)
         for key in keys:
             named(key, f"{self.file}: [nuisance]")
         return keys
@@ -289,10 +289,10 @@ class SetupFile:
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
     """Values of a table and of the tables below it, by dotted keys."""
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict):
-            found |= _flat(value, f"{before}{key}.")
+            flat |= _flat(value, f"{before}{key}.")
         else:
-            found[f"{before}{key}"] = value
-    return found
+            flat[f"{before}{key}"] = value
+    return flat

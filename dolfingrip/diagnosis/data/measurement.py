@@ -131,12 +131,12 @@ class Measurement:
             legs, cycles = 0, self.rows(test.number).groupby("cycle", sort=False)
             for _, rows in cycles:
                 values = [rows[name].to_numpy() for name in test.controls]
-                found = motion(values, rows["time_s"].to_numpy(), test.sigma, self.policy)
-                self.readings.loc[rows.index, "branch"] = found.branch
-                self.readings.loc[rows.index, "leg"] = legs + found.leg
-                legs += int(found.leg[-1]) + 1
+                moves = motion(values, rows["time_s"].to_numpy(), test.sigma, self.policy)
+                self.readings.loc[rows.index, "branch"] = moves.branch
+                self.readings.loc[rows.index, "leg"] = legs + moves.leg
+                legs += int(moves.leg[-1]) + 1
                 if len(cycles) == 1:
-                    self.readings.loc[rows.index, "cycle"] = found.cycle
+                    self.readings.loc[rows.index, "cycle"] = moves.cycle
 
     def applied(self, config: Config) -> list[Config]:
         """``config`` with the set-up of each test."""
@@ -151,7 +151,7 @@ class Measurement:
         Raises:
             ConfigError: one line naming the key, its value and the allowed range.
         """
-        return max(self.applied(config), key=lambda each: each.gravity.acceleration_m_s2)
+        return max(self.applied(config), key=lambda config: config.gravity.acceleration_m_s2)
 
     def read_by(self, experiment: str) -> tuple[str, ...]:
         """Columns that an experiment reads, with those of markers that were seen.
@@ -175,8 +175,8 @@ class Measurement:
         number = {old: first + place for place, old in enumerate(sorted(tests))}
         rows = self.readings[self.readings["test"].isin(number)].reset_index(drop=True)
         kept = [replace(t, number=number[t.number]) for t in self.tests if t.number in number]
-        own = rows.assign(test=rows["test"].map(number))
-        return Measurement(own, kept, self.warnings, self.policy)
+        renumbered = rows.assign(test=rows["test"].map(number))
+        return Measurement(renumbered, kept, self.warnings, self.policy)
 
     def reading(self, values: np.ndarray) -> Measurement:
         """Replace single readings, (n,); those that are NaN are left out."""
@@ -193,14 +193,14 @@ class Measurement:
 
     def repeated(self) -> dict[int, int]:
         """Tests with the very readings of an earlier one, by number, and that one's number."""
-        found: dict[int, int] = {}
+        repeats: dict[int, int] = {}
         seen: dict[tuple[str, bytes], int] = {}
         for test in self.tests:
             rows = self.rows(test.number)[[*test.controls, *self.columns]].to_numpy()
             key = test.experiment, np.nan_to_num(rows, nan=np.inf).tobytes()
             if seen.setdefault(key, test.number) != test.number and np.nan_to_num(rows).any():
-                found[test.number] = seen[key]
-        return found
+                repeats[test.number] = seen[key]
+        return repeats
 
     def ramp_rate(self, test: SpecimenTest) -> float | None:
         """Median rate of a test's ramps, in the unit of the control per second, to two digits.
@@ -225,16 +225,16 @@ class Measurement:
         """
         wide = self.readings[self.columns].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
-        told = self.readings.iloc[row].reset_index(drop=True)
-        control = np.full(len(told), np.nan)
+        rows = self.readings.iloc[row].reset_index(drop=True)
+        control = np.full(len(rows), np.nan)
         for test in self.tests:
-            mine = (told["test"] == test.number).to_numpy()
-            control[mine] = told.loc[mine, test.control]
+            mine = (rows["test"] == test.number).to_numpy()
+            control[mine] = rows.loc[mine, test.control]
         return pd.DataFrame({
             "row": row,
             "column": np.array(self.columns, dtype=object)[column],
             "value": wide[row, column],
-            **{name: told[name] for name in
+            **{name: rows[name] for name in
                ("test", "experiment", "specimen", "cycle", "branch", "leg", "time_s")},
             "control": control,
         })  # fmt: skip
@@ -250,13 +250,13 @@ class Measurement:
             (…, n) where those at the rows are (…, rows).
         """
         row = self.listed["row"].to_numpy()
-        shapes = [each.shape[:-1] for columns in rows.values() for each in columns.values()]
-        found = np.full((*np.broadcast_shapes(*shapes), len(row)), missing)
+        shapes = [array.shape[:-1] for columns in rows.values() for array in columns.values()]
+        readings = np.full((*np.broadcast_shapes(*shapes), len(row)), missing)
         for tests, columns in rows.items():
             for name, at in self.places(tests).items():
                 if name in columns:
-                    found[..., at] = columns[name][..., row[at]]
-        return found
+                    readings[..., at] = columns[name][..., row[at]]
+        return readings
 
     def channels(self) -> dict[str, np.ndarray]:
         """Tell which single readings are of each column, (n,) of bool."""
@@ -303,7 +303,7 @@ def shows_memory(*measurements: Measurement) -> bool:
             rate = measurement.ramp_rate(test)
             if rate is not None:
                 rates[test.experiment].append(rate)
-    return any(max(own) > 2 * min(own) for own in rates.values())
+    return any(max(ramps) > 2 * min(ramps) for ramps in rates.values())
 
 
 def read(
@@ -334,40 +334,40 @@ def read(
         rows = table.read(file, setup_file.experiments)
         setup_file.check_specimens(set(rows["specimen"]))
         warnings += setup_file.warnings
-        for (experiment, specimen), own in rows.groupby(["experiment", "specimen"], sort=False):
+        for (experiment, specimen), group in rows.groupby(["experiment", "specimen"], sort=False):
             setup = setup_file.of(str(experiment), str(specimen))
             test = SpecimenTest(
-                len(tests), file, str(experiment), str(specimen), setup, _supplies(own)
+                len(tests), file, str(experiment), str(specimen), setup, _supplies(group)
             )
             try:
                 test.applied(base)
             except ConfigError as error:
                 raise ConfigError(f"{setup_file.file}: {error}") from None
-            _check_markers(test, own, base)
+            _check_markers(test, group, base)
             if config is not None:
                 _check_supplies(test, config)
-            timed, doubts = _timed(test, own, base, policy)
-            warnings += doubts + _doubts(test, own)
+            timed, doubts = _timed(test, group, base, policy)
+            warnings += doubts + _doubts(test, group)
             tests.append(test)
             tables.append(timed.assign(test=test.number))
     tests = _of_one_body(tests)
     readings = pd.concat(tables, ignore_index=True)
-    found = Measurement(readings, tests, warnings, policy)
-    warnings += [line for test in tests for line in _contradictions(found, test, readings)]
-    return found
+    measurement = Measurement(readings, tests, warnings, policy)
+    warnings += [line for test in tests for line in _contradictions(measurement, test, readings)]
+    return measurement
 
 
 def _of_one_body(tests: Sequence[SpecimenTest]) -> list[SpecimenTest]:
     """Tests of fingers with what any file tells of their body: all tests are of the same one."""
-    bodies = [n for n, each in Config.classes().items() if each.role is Role.BODY]
-    told = {
+    bodies = [n for n, cls in Config.classes().items() if cls.role is Role.BODY]
+    of_body = {
         key: test.setup.nuisances[key]
         for test in reversed(tests)
         for key in test.setup.told
         if test.of_finger and key.split(".")[0] in bodies and "." in key
     }
     return [
-        replace(test, setup=replace(test.setup, nuisances=told | dict(test.setup.nuisances)))
+        replace(test, setup=replace(test.setup, nuisances=of_body | dict(test.setup.nuisances)))
         if test.of_finger
         else test
         for test in tests
@@ -381,9 +381,9 @@ def _check_markers(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> None
         ConfigError: one line that names the column and what is allowed.
     """
     there = test.applied(base).camera.markers
-    known = {channel.name for channel in of_line(there, curve=False)}
+    columns = {channel.name for channel in of_line(there, curve=False)}
     for name in of_markers(rows):
-        if rows[name].notna().any() and name not in known:
+        if rows[name].notna().any() and name not in columns:
             words = (
                 f"those of {there} markers, which camera.markers = {there} of the set-up has"
                 if there
@@ -398,24 +398,24 @@ def _check_supplies(test: SpecimenTest, config: Config) -> None:
     Raises:
         ConfigError: one line that names the column and what is allowed.
     """
-    told = test.applied(config)
-    known = [supply_of(name).name for name in told.geometry.cavities()]
+    applied = test.applied(config)
+    supplies = [supply_of(name).name for name in applied.geometry.cavities()]
     for name in filter(cavity_of_supply, test.supplies):
-        if not told.mesh.file and name not in known:
+        if not applied.mesh.file and name not in supplies:
             raise ConfigError(
                 f"{test.file}: column {name}: the configured finger has no such cavity; allowed: "
-                f"{', '.join(known)}, or --config with a finger that has it"
+                f"{', '.join(supplies)}, or --config with a finger that has it"
             )
 
 
 def _supplies(rows: pd.DataFrame) -> tuple[str, ...]:
     """Columns of the pressures of a test where cavities have supplies of their own."""
-    own = [name for name in rows if cavity_of_supply(name) and rows[name].notna().all()]
-    ranges = {name: float(np.ptp(rows[name])) for name in (PRESSURE.name, *own)}
-    return tuple(sorted(ranges, key=lambda name: -ranges[name])) if own else ()
+    supplies = [name for name in rows if cavity_of_supply(name) and rows[name].notna().all()]
+    ranges = {name: float(np.ptp(rows[name])) for name in (PRESSURE.name, *supplies)}
+    return tuple(sorted(ranges, key=lambda name: -ranges[name])) if supplies else ()
 
 
-def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataFrame) -> list[str]:
+def _contradictions(measurement: Measurement, test: SpecimenTest, raw: pd.DataFrame) -> list[str]:
     """Doubt rows whose control moves against the branch that they are named after.
 
     Rows of suction may be named after the pressure, which falls as the suction grows.
@@ -423,14 +423,14 @@ def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataF
     if test.supplies:  # a branch is that of one of them
         return []
     rows = measurement.rows(test.number)
-    named, moves = told.loc[rows.index, "branch"], rows["branch"]
+    named, moves = raw.loc[rows.index, "branch"], rows["branch"]
     against = named.map({"loading": "unloading", "unloading": "loading"}) == moves
     against &= rows[test.control] >= 0
     does = {"loading": "falls", "unloading": "rises"}
     return [
-        f"{test}: {len(own)} rows are named {branch}, the first in line {own['line'].iloc[0]:.0f}, "
-        f"but {test.control} {does[branch]} there; they are taken as it moves"
-        for branch, own in rows[against & (named != moves)].groupby(named)
+        f"{test}: {len(part)} rows are named {branch}, the first in line {part['line'].iloc[0]:.0f}"
+        f", but {test.control} {does[branch]} there; they are taken as it moves"
+        for branch, part in rows[against & (named != moves)].groupby(named)
     ]
 
 
@@ -442,14 +442,14 @@ def _timed(
         return rows, []
     controls = rows[list(test.controls)].to_numpy()
     held = (rows["branch"] == "hold").to_numpy()
-    change = max(smallest_change(each, test.sigma, policy) for each in controls.T)
+    change = max(smallest_change(control, test.sigma, policy) for control in controls.T)
     if (held[1:] & held[:-1] & (np.abs(np.diff(controls, axis=0)).max(axis=1) <= change)).any():
         raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
     rate, doubts = test.setup.rate, []
     if rate is None:
         rate, unit = test.configured_rate(base), CHANNELS[CONTROL[test.experiment]].unit
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit}/s is assumed"]
-    steps = np.max([travel(each, test.sigma, policy) for each in controls.T], axis=0)
+    steps = np.max([travel(control, test.sigma, policy) for control in controls.T], axis=0)
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts
 
 

@@ -61,11 +61,11 @@ def travel(value: np.ndarray, sigma: float, policy: Policy = Policy()) -> np.nda
         (n,) in the same unit, the first of the way from rest.
     """
     here = min(0.0, float(value[0]))
-    found = np.zeros(len(value))
+    steps = np.zeros(len(value))
     for i, rises in enumerate(_rising(value, smallest_change(value, sigma, policy))):
-        found[i] = max((value[i] - here) * (1.0 if rises else -1.0), 0.0)
-        here = value[i] if found[i] else here
-    return found
+        steps[i] = max((value[i] - here) * (1.0 if rises else -1.0), 0.0)
+        here = value[i] if steps[i] else here
+    return steps
 
 
 def _change(value: np.ndarray, noise: float, policy: Policy) -> float:
@@ -103,9 +103,9 @@ def motion(
         policy: what a ramp and a wait are.
     """
     several = len(values) > 1
-    each = [_legs(value, time_s, sigma, policy, several=several) for value in values]
-    branches = np.array([branch for branch, _ in each])
-    leg = np.cumsum(np.any([new for _, new in each], axis=0))
+    legs = [_legs(value, time_s, sigma, policy, several=several) for value in values]
+    branches = np.array([branch for branch, _ in legs])
+    leg = np.cumsum(np.any([new for _, new in legs], axis=0))
     starts = np.flatnonzero(np.diff(leg, prepend=-1))
     leads = farthest(np.array(values), leg)
     branch = branches[leads[leg], np.arange(len(leg))]
@@ -129,11 +129,11 @@ def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:
         values: (controls, n) at each row.
         leg: (n,) number of each row's leg, from 0 on.
     """
-    found = np.zeros(int(leg[-1]) + 1, dtype=int)
-    for number in range(len(found)):
+    places = np.zeros(int(leg[-1]) + 1, dtype=int)
+    for number in range(len(places)):
         rows = np.flatnonzero(leg == number)
-        found[number] = np.ptp(values[:, max(rows[0] - 1, 0) : rows[-1] + 1], axis=1).argmax()
-    return found
+        places[number] = np.ptp(values[:, max(rows[0] - 1, 0) : rows[-1] + 1], axis=1).argmax()
+    return places
 
 
 def _legs(
@@ -160,14 +160,14 @@ def _legs(
 
 def _groups(value: np.ndarray, change: float) -> list[slice]:
     """Successive rows, as many as stay within a change of one another."""
-    found, first = [], 0
+    groups, first = [], 0
     low = high = value[0]
-    for i, each in enumerate(value):
-        low, high = min(low, each), max(high, each)
+    for i, here in enumerate(value):
+        low, high = min(low, here), max(high, here)
         if high - low > change:
-            found.append(slice(first, i))
-            first, low, high = i, each, each
-    return [*found, slice(first, len(value))]
+            groups.append(slice(first, i))
+            first, low, high = i, here, here
+    return [*groups, slice(first, len(value))]
 
 
 def _resting(
@@ -211,11 +211,11 @@ def _rising(value: np.ndarray, change: float) -> np.ndarray:
     up = np.zeros(len(value), dtype=bool)
     start, rises = 0, bool(value[0] >= -change)
     extreme, at = value[0], 0
-    for i, each in enumerate(value):
-        if (each >= extreme) == rises:
-            extreme, at = each, i
-        elif abs(each - extreme) > change:
+    for i, here in enumerate(value):
+        if (here >= extreme) == rises:
+            extreme, at = here, i
+        elif abs(here - extreme) > change:
             up[start : at + 1] = rises
-            start, rises, extreme, at = at + 1, not rises, each, i
+            start, rises, extreme, at = at + 1, not rises, here, i
     up[start:] = rises
     return up

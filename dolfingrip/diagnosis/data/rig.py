@@ -68,7 +68,7 @@ def planned_rows(
         readings_of_wait: whose distances grow.
     """
     values = np.asarray(ramp, dtype=float)
-    found: list[dict[str, Any]] = []
+    rows: list[dict[str, Any]] = []
     time_s, here = 0.0, 0.0
     for number, (branch, cycle) in enumerate(way):
         if branch == "hold":
@@ -82,7 +82,7 @@ def planned_rows(
                 here = float(value)
                 steps.append((here, time_s))
         time_s = float(steps[-1][1])
-        found += [
+        rows += [
             {
                 "line": 0, "test": test.number, "experiment": test.experiment,
                 "specimen": test.specimen, "cycle": cycle, "branch": branch,
@@ -92,7 +92,7 @@ def planned_rows(
             }
             for value, moment in steps
         ]  # fmt: skip
-    return pd.DataFrame(found)
+    return pd.DataFrame(rows)
 
 
 EXPERIMENTS: Final = ("bending", "blocked_force")
@@ -147,20 +147,20 @@ def read(
     Raises:
         ConfigError: one line naming the file or key, the value and what is allowed.
     """
-    told = SetupFile(file, also=("protocol",)) if file else None
-    data = (told.table("protocol") if told else {}) | dict(changes)
+    setup_file = SetupFile(file, also=("protocol",)) if file else None
+    data = (setup_file.table("protocol") if setup_file else {}) | dict(changes)
     protocol = checked(RigProtocol, data)
     for kind in protocol.can_vary:
         if kind not in KINDS:
             raise ConfigError(f"protocol.can_vary = {kind}: allowed: {', '.join(KINDS)}")
-    experiments = (told.experiments if told else ()) or EXPERIMENTS
+    experiments = (setup_file.experiments if setup_file else ()) or EXPERIMENTS
     tests = []
     for i, experiment in enumerate(experiments):
-        setup = told.of(experiment, "rig") if told else LabSetup()
+        setup = setup_file.of(experiment, "rig") if setup_file else LabSetup()
         setup = replace(setup, noise={**NOISE, **setup.noise, **noise})
         tests.append(SpecimenTest(i, file or Path("rig.toml"), experiment, "rig", setup))
     tables = [_rows(test, protocol, config, policy) for test in tests]
-    warnings = told.warnings if told else []
+    warnings = setup_file.warnings if setup_file else []
     rows = pd.concat(tables, ignore_index=True)
     return Measurement(rows, tests, list(warnings), policy), protocol.can_vary
 
@@ -184,7 +184,7 @@ def _rows(
         "bending": [ANGLE, *([TIP_X, TIP_Z] if protocol.tip else ())],
         "blocked_force": [FORCE, *([ANGLE] if protocol.blocked_angle else ())],
     }[test.experiment]
-    rate, columns = test.setup.rate or test.configured_rate(config), [each.name for each in read]
+    rate, columns = test.setup.rate or test.configured_rate(config), [c.name for c in read]
     ramp = top * np.arange(1, count + 1) / count
     way = cycles(protocol.cycles, unload=protocol.unload)
     if protocol.hold_s:

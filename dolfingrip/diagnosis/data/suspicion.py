@@ -90,7 +90,7 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
         For each test, all slips that explain its readings far better than no slip.
     """
     listed = measurement.listed.assign(simulated=simulated)
-    found: list[Suspicion] = []
+    raised: list[Suspicion] = []
     for number, part in listed.dropna(subset="simulated").groupby("test", sort=True):
         test = measurement.tests[int(number)]
         columns = {
@@ -99,8 +99,8 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
         }
         rows = measurement.rows(int(number))
         swapped = _swapped(test, columns) or _swapped_with_travel(test, rows, measurement.policy)
-        found += swapped or _scaled(test, columns, measurement.policy)
-    return found
+        raised += swapped or _scaled(test, columns, measurement.policy)
+    return raised
 
 
 def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
@@ -113,19 +113,19 @@ def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
     Returns:
         A suspicion for each angle and force that falls as steadily as its control rises.
     """
-    found: list[Suspicion] = []
+    raised: list[Suspicion] = []
     for test in measurement.tests:
         rows = measurement.rows(test.number)
-        told = test.applied(config)
-        if test.of_finger and (test.supplies or told.mesh.file or told.geometry.of_file):
+        applied = test.applied(config)
+        if test.of_finger and (test.supplies or applied.mesh.file or applied.geometry.of_file):
             continue
-        for name in (each for each in READING_COLUMNS if CHANNELS[each].unit in SIGNED):
+        for name in (column for column in READING_COLUMNS if CHANNELS[column].unit in SIGNED):
             pairs = rows[[test.control, name]].dropna()
             if len(pairs) < measurement.policy.few or not pairs.std().all():
                 continue
             if (alike := pairs.corr().iloc[0, 1]) < -measurement.policy.nearly:
-                found.append(Suspicion(test, name, -1.0, _REVERSED, 1 + alike))
-    return found
+                raised.append(Suspicion(test, name, -1.0, _REVERSED, 1 + alike))
+    return raised
 
 
 def slips(raised: Sequence[Suspicion]) -> list[Slip]:
@@ -135,8 +135,8 @@ def slips(raised: Sequence[Suspicion]) -> list[Slip]:
         raised: the suspicions.
     """
     alike: dict[tuple[str, str], list[Suspicion]] = {}
-    for each in raised:
-        alike.setdefault((each.column, each.meaning), []).append(each)
+    for suspicion in raised:
+        alike.setdefault((suspicion.column, suspicion.meaning), []).append(suspicion)
     listed = []
     for group in alike.values():
         first, test = group[0], group[0].test
@@ -175,7 +175,7 @@ def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> list[Suspicio
     """Slips of unit or sign."""
     every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
     ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
-    found: list[Suspicion] = []
+    raised: list[Suspicion] = []
     for name, ratio in ratios.items():
         measured, simulated = columns[name]
         left = _left(measured, simulated, ratio)
@@ -184,15 +184,15 @@ def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> list[Suspicio
         if left >= 0.5 or missed >= 0.5 * np.linalg.norm(measured):
             continue
         if ratio < 0 and 1 / policy.no_slip < -ratio < policy.no_slip:
-            found.append(Suspicion(test, name, -1.0, _REVERSED, left))
+            raised.append(Suspicion(test, name, -1.0, _REVERSED, left))
             continue
         slips = _OF_READING.get(CHANNELS[name].unit, {}).items()
-        alike = [each for each in slips if _alike(abs(ratio), 1 / each[1], policy)]
+        alike = [slip for slip in slips if _alike(abs(ratio), 1 / slip[1], policy)]
         if ratio < 0 and not alike:  # however much softer or stiffer the finger is, too
             alike = [(_REVERSED, 1.0)]
         for meaning, factor in alike:
-            found.append(Suspicion(test, name, math.copysign(factor, ratio), meaning, left))
-    return found + _of_control(test, ratios, columns, policy)
+            raised.append(Suspicion(test, name, math.copysign(factor, ratio), meaning, left))
+    return raised + _of_control(test, ratios, columns, policy)
 
 
 def _of_control(

@@ -98,25 +98,25 @@ def read_by(experiment: str, names: Iterable[str] = ()) -> tuple[str, ...]:
     return (*READINGS[experiment], *(of_markers(names) if sees else ()))
 
 
-def near(name: str, known: Sequence[str]) -> str:
+def near(name: str, names: Sequence[str]) -> str:
     """Return ``did you mean …? `` if a known name is like another, else "".
 
     Args:
         name: as it is written.
-        known: names that there are.
+        names: names that there are.
     """
-    found = difflib.get_close_matches(name, known, 1)
-    return f"did you mean {found[0]}? " if found else ""
+    close = difflib.get_close_matches(name, names, 1)
+    return f"did you mean {close[0]}? " if close else ""
 
 
-def allowed(name: str, known: Sequence[str]) -> str:
+def allowed(name: str, names: Sequence[str]) -> str:
     """Tell what is allowed in place of a name, the nearest first.
 
     Args:
         name: of a column or an experiment.
-        known: names that are allowed.
+        names: names that are allowed.
     """
-    return f"{near(name, known)}allowed: {', '.join(known)}"
+    return f"{near(name, names)}allowed: {', '.join(names)}"
 
 
 BRANCHES = get_args(Branch)
@@ -153,9 +153,9 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
     if not rows:
         raise ConfigError(f"{file}: no rows; allowed: at least 2 readings")
     names = dict.fromkeys(name for row in rows for name in row)
-    own = [*of_markers(sorted(names)), *filter(cavity_of_supply, names)]  # supplies as in the file
-    table = pd.DataFrame(rows, columns=["line", *MEASURED, *own])
-    table[[*NUMBERS, *own]] = table[[*NUMBERS, *own]].astype(float)
+    extra = [*of_markers(sorted(names)), *filter(cavity_of_supply, names)]  # supplies in file order
+    table = pd.DataFrame(rows, columns=["line", *MEASURED, *extra])
+    table[[*NUMBERS, *extra]] = table[[*NUMBERS, *extra]].astype(float)
     _check_together(file, table)
     return table
 
@@ -176,21 +176,21 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
         raise ConfigError(f"{file}: empty; allowed: a header line and rows")
     names = [name.strip() for name in lines[0][1]]
     _check_header(file, names)
-    known = {*MEASURED, *of_any_number(names)}
-    found = []
+    columns = {*MEASURED, *of_any_number(names)}
+    entries = []
     for number, cells in lines[1:]:
         line = _Line(file, number)
         if len(cells) != len(names):
             raise line.refuse(f"{len(cells)} entries; allowed: as many as the header, {len(names)}")
         row = zip(names, map(str.strip, cells), strict=True)
-        found.append((line, {name: text for name, text in row if text and name in known}))
-    return found
+        entries.append((line, {name: text for name, text in row if text and name in columns}))
+    return entries
 
 
 def _check_header(file: Path, names: Sequence[str]) -> None:
-    known = {*MEASURED, *IGNORED, *of_markers(names)}
+    columns = {*MEASURED, *IGNORED, *of_markers(names)}
     for i, name in enumerate(names):
-        if name not in known and not name.startswith(OF_CAVITIES):
+        if name not in columns and not name.startswith(OF_CAVITIES):
             raise ConfigError(
                 f"{file}: column {name or '(no name)'}: unknown; {allowed(name, MEASURED)}"
             )
@@ -212,16 +212,16 @@ def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> 
     if row["branch"] not in ("", *BRANCHES):
         raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
     markers = of_markers(cells)
-    own = [name for name in cells if cavity_of_supply(name)]
-    numbers = {*NUMBERS, *markers, *own}
+    supplies = [name for name in cells if cavity_of_supply(name)]
+    numbers = {*NUMBERS, *markers, *supplies}
     row |= {name: _number(line, name, text) for name, text in cells.items() if name in numbers}
     control, readings = CONTROL[row["experiment"]], read_by(row["experiment"], cells)
     if control not in row:
         raise line.refuse(
             f"{control}: missing; allowed: a number in each row of {row['experiment']}"
         )
-    driven = own if control == PRESSURE.name else ()
-    every = (*READING_COLUMNS, *markers, *own)
+    driven = supplies if control == PRESSURE.name else ()
+    every = (*READING_COLUMNS, *markers, *supplies)
     foreign = [name for name in every if name in row and name not in (*readings, *driven)]
     if foreign:
         raise line.refuse(
@@ -306,8 +306,8 @@ def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
         raise _Line(file, int(rows["line"][back].iloc[0])).refuse(
             f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
         )
-    told = [name for name in rows.columns if name != "line"]
-    first = rows.groupby(told, dropna=False, sort=False)["line"].transform("first")
+    columns = [name for name in rows.columns if name != "line"]
+    first = rows.groupby(columns, dropna=False, sort=False)["line"].transform("first")
     again = (rows["line"] > first) & time_s.notna()
     if again.any():
         raise _Line(file, int(rows["line"][again].iloc[0])).refuse(

@@ -23,28 +23,28 @@ from dolfingrip.parameter.nuisances import SPECIMEN, changes, known, modulus_key
 from dolfingrip.sections import units
 
 
-def feels(each: type[Effect], test: SpecimenTest) -> bool:
+def feels(cls: type[Effect], test: SpecimenTest) -> bool:
     """Tell whether a test is of a finger whose rig feels an effect.
 
     Args:
-        each: the effect.
+        cls: the effect.
         test: one of a measurement.
     """
-    return test.of_finger and each.felt_on(EXPERIMENTS[test.experiment].parts)
+    return test.of_finger and cls.felt_on(EXPERIMENTS[test.experiment].parts)
 
 
 def fitted_in(
-    each: type[Effect], measurement: Measurement, config: Config
+    cls: type[Effect], measurement: Measurement, config: Config
 ) -> list[tuple[SpecimenTest, FittedKey]]:
     """List the tests that feel an effect, with the number by which each fits it.
 
     Args:
-        each: an effect that every hypothesis fits.
+        cls: an effect that every hypothesis fits.
         measurement: with the tests.
         config: the model that is diagnosed.
     """
     every_test = zip(measurement.tests, measurement.applied(config), strict=True)
-    numbers = [(test, each.fitted(own)) for test, own in every_test if feels(each, test)]
+    numbers = [(test, cls.fitted(applied)) for test, applied in every_test if feels(cls, test)]
     return [(test, number) for test, number in numbers if number is not None]
 
 
@@ -56,33 +56,33 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
             or it tells a number by its key that is fitted anyway.
     """
     applied, tests = measurement.applied(config), measurement.tests
-    keys_of = dict.fromkeys(parameter.key for each in applied for parameter in every(each))
-    coupons = any(each.experiment == "coupon" for each in tests)
-    numbers = {each.told: fitted_in(each, measurement, config) for each in fitted_effects()}
-    felt = {told.key: bool(own) for told, own in numbers.items()}
+    keys_of = dict.fromkeys(parameter.key for one in applied for parameter in every(one))
+    coupons = any(test.experiment == "coupon" for test in tests)
+    numbers = {cls.told: fitted_in(cls, measurement, config) for cls in fitted_effects()}
+    felt = {report.key: bool(pairs) for report, pairs in numbers.items()}
     felt |= {"coupon_area": coupons, "coupon_slack_mm": coupons}
     usual = [key for key in known() if felt.get(key, True)]
-    fitted = {number.key: told for told, own in numbers.items() for _, number in own}
-    for each in tests:
-        for key in sorted(each.setup.told & fitted.keys()):
+    fitted = {number.key: report for report, pairs in numbers.items() for _, number in pairs}
+    for test in tests:
+        for key in sorted(test.setup.told & fitted.keys()):
             raise ConfigError(
-                f"[nuisance] {key} = {each.setup.nuisances[key]:g}: every hypothesis fits it; "
+                f"[nuisance] {key} = {test.setup.nuisances[key]:g}: every hypothesis fits it; "
                 f"allowed: {fitted[key].key}, {fitted[key].words}"
             )
-        for key in sorted(each.setup.told - {*usual, *keys_of}):
+        for key in sorted(test.setup.told - {*usual, *keys_of}):
             allowed = ", ".join([*usual, *(sorted(keys_of) if "." in key else ())])
             raise ConfigError(
-                f"[nuisance] {key} = {each.setup.nuisances[key]:g}: nothing in these tests feels "
+                f"[nuisance] {key} = {test.setup.nuisances[key]:g}: nothing in these tests feels "
                 f"it; allowed: {allowed}"
             )
-    found = [key for each in applied for key in modulus_keys(each)]
-    return tuple(dict.fromkeys([*found, *fitted, *_own(measurement)]))
+    moduli = [key for one in applied for key in modulus_keys(one)]
+    return tuple(dict.fromkeys([*moduli, *fitted, *_own(measurement)]))
 
 
 def _own(measurement: Measurement) -> tuple[str, ...]:
     """Keys of the configuration that the laboratory gave a standard deviation."""
-    told = [key for test in measurement.tests for key in test.setup.nuisances]
-    return tuple(dict.fromkeys(key for key in told if key not in known()))
+    listed = [key for test in measurement.tests for key in test.setup.nuisances]
+    return tuple(dict.fromkeys(key for key in listed if key not in known()))
 
 
 def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisance]:
@@ -97,52 +97,52 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
     configs = {number: run.config for run in base.runs for number in run.group.tests}
     forces, fitted = in_proportion(measurement), fitted_effects()
 
-    def of(key: str, own: np.ndarray | bool = True, name: str = "") -> Nuisance:
-        """By the key that is told; of the readings, (n,), that ``own`` marks."""
+    def of(key: str, marked: np.ndarray | bool = True, name: str = "") -> Nuisance:
+        """By the key that is told; of the readings, (n,), that are ``marked``."""
         change = np.zeros(len(test))
-        for each in measurement.tests:
-            mine = (test == each.number) & own
-            std = each.setup.nuisances.get(key, 0.0)
-            for parameter, amount in changes(configs[each.number], key, std).items():
+        for t in measurement.tests:
+            mine = (test == t.number) & marked
+            std = t.setup.nuisances.get(key, 0.0)
+            for parameter, amount in changes(configs[t.number], key, std).items():
                 slope = base.slopes.get(parameter)
                 if slope is not None:
                     change[mine] += slope[mine] * amount
         return told(key, change, name)
 
     def told(key: str, change: np.ndarray, name: str = "") -> Nuisance:
-        std = max(each.setup.nuisances.get(key, 0.0) for each in measurement.tests)
+        std = max(t.setup.nuisances.get(key, 0.0) for t in measurement.tests)
         unit = named(key).unit if "." in key else units.unit(key)
         return Nuisance(Unknown.marginal(name or key, std, unit), change)
 
-    area = np.array([each.setup.nuisances["coupon_area"] for each in measurement.tests])
-    found = [
-        *map(of, (MODULUS, *(each.told.key for each in fitted if not each.told.each_time))),
+    area = np.array([t.setup.nuisances["coupon_area"] for t in measurement.tests])
+    every = [
+        *map(of, (MODULUS, *(cls.told.key for cls in fitted if not cls.told.each_time))),
         told("coupon_area", np.where(forces, base.readings, 0.0) * area[test]),
         *map(of, _own(measurement)),
     ]
-    found += [
-        of(each.told.key, np.isin(test, numbers), name)
-        for each in fitted if each.told.each_time
-        for name, numbers in _each_time(each, measurement, configs).items()
+    every += [
+        of(cls.told.key, np.isin(test, numbers), name)
+        for cls in fitted if cls.told.each_time
+        for name, numbers in _each_time(cls, measurement, configs).items()
     ]  # fmt: skip
-    names = list(dict.fromkeys(each.specimen for each in measurement.tests))
+    names = list(dict.fromkeys(t.specimen for t in measurement.tests))
     if len(names) > 1:
         specimen = listed["specimen"].to_numpy()
-        found += [of(SPECIMEN, specimen == name, f"{SPECIMEN} of {name}") for name in names]
-    return [nuisance for nuisance in found if np.nan_to_num(nuisance.change).any()]
+        every += [of(SPECIMEN, specimen == name, f"{SPECIMEN} of {name}") for name in names]
+    return [nuisance for nuisance in every if np.nan_to_num(nuisance.change).any()]
 
 
 def _each_time(
-    each: type[Effect], measurement: Measurement, configs: dict[int, Config]
+    cls: type[Effect], measurement: Measurement, configs: dict[int, Config]
 ) -> dict[str, list[int]]:
     """Tests by each time that a rig was set up: each file, and each value in it."""
     times: dict[tuple[str, float], list[int]] = {}
     for test in measurement.tests:
-        number = each.fitted(configs[test.number]) if feels(each, test) else None
+        number = cls.fitted(configs[test.number]) if feels(cls, test) else None
         if number is not None:
             times.setdefault((test.file.name, number.value), []).append(test.number)
-    key = each.told.key
+    key = cls.told.key
     if len(times) == 1:
         return {key: next(iter(times.values()))}
     unit = units.unit(key)
-    return {f"{key} at {value:g} {unit} in {file}": own for (file, value), own in times.items()}
+    return {f"{key} at {value:g} {unit} in {file}": tests for (file, value), tests in times.items()}

@@ -88,10 +88,10 @@ class Workers:
                 an end; what was computed is kept.
         """
         with self.pool() as pool:
-            found = simulate(requests, self.store, pool, self.progress)
-        for asked, answer in zip(requests, found, strict=True):
-            self.spent_s[asked.key] = answer.wall_s or 0.0
-        return found
+            answers = simulate(requests, self.store, pool, self.progress)
+        for request, answer in zip(requests, answers, strict=True):
+            self.spent_s[request.key] = answer.wall_s or 0.0
+        return answers
 
     def pool(self) -> AbstractContextManager[Pool]:
         """The workers that compute what is missing; those not kept end with the ``with`` block."""

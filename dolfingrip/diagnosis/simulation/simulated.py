@@ -87,17 +87,17 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
         rows, policy = measurement.rows(test.number), measurement.policy
         segments = stops.segments(rows, test.controls, test.sigma, policy)
         led.append(_Led(test, test.applied(config), segments))
-    found = []
+    parts = []
     for of_setup in _together(led, _same_setup):
         test = of_setup[0].test
         control = CONTROL[test.experiment]
         curve = None
         if not test.supplies:
-            curve = stops.elastic([each.segments for each in of_setup], control)
+            curve = stops.elastic([one.segments for one in of_setup], control)
         for part in _together(of_setup, lambda a, b: stops.alike(a.segments, b.segments)):
-            tests = tuple(each.test.number for each in part)
-            led_by = [each.segments for each in part]
-            found.append(
+            tests = tuple(one.test.number for one in part)
+            led_by = [one.segments for one in part]
+            parts.append(
                 SimulationGroup(
                     part[0].test.experiment,
                     part[0].config,
@@ -107,7 +107,7 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
                     stops.in_time(led_by, control, settles=True),
                 )
             )
-    return found
+    return parts
 
 
 def _same_setup(first: _Led, second: _Led) -> bool:
@@ -185,7 +185,7 @@ class SimulatedGroup:
         """(reached,) readings by column, or their derivatives by a parameter."""
         if slope is None:
             return self.result.columns
-        return {name: own for (name, key), own in self.result.slopes.items() if key == slope}
+        return {name: values for (name, key), values in self.result.slopes.items() if key == slope}
 
     def force(self, name: str) -> np.ndarray | None:
         """(reached,) force that begins to act where a finger touches; None of other readings.
@@ -253,12 +253,12 @@ def simulate(
         ]
         for variant in variants
     ]
-    results = iter(workers.results([asked for row in planned for *_, asked in row]))
-    found = []
+    results = iter(workers.results([request for row in planned for *_, request in row]))
+    simulated = []
     for variant, row in zip(variants, planned, strict=True):
-        runs = [SimulatedGroup(group, own, route, next(results)) for group, own, route, _ in row]
-        found.append(_assembled(measurement, variant, runs))
-    return found
+        runs = [SimulatedGroup(group, cfg, route, next(results)) for group, cfg, route, _ in row]
+        simulated.append(_assembled(measurement, variant, runs))
+    return simulated
 
 
 def _planned(
@@ -267,23 +267,23 @@ def _planned(
     config = variant.of(group)
     route = group.schedule(config)
     # the gradients' keys of effects at their neutral values do not make the readings others
-    asked = request(
+    wanted = request(
         group.experiment,
         changed(config, {key_of(name): values for name, values in route.protocol().items()}),
-        tuple(each for each in variant.gradients if _feels(group.experiment, config, each)),
+        tuple(key for key in variant.gradients if _feels(group.experiment, config, key)),
         mesh_check=variant.mesh_check,
         read=read,
     )
-    return group, config, route, asked
+    return group, config, route, wanted
 
 
 def _feels(experiment: str, config: Config, key: str) -> bool:
     """Return whether an experiment's readings can depend on a parameter."""
     return any(
-        each.section.felt_on(EXPERIMENTS[experiment].parts)
-        for each in parameter.every(config)
-        if each.key == key or each.key.startswith(f"{key}[")
-        if config.mesh.file is None or not issubclass(each.section, Geometry)
+        p.section.felt_on(EXPERIMENTS[experiment].parts)
+        for p in parameter.every(config)
+        if p.key == key or p.key.startswith(f"{key}[")
+        if config.mesh.file is None or not issubclass(p.section, Geometry)
     )
 
 

@@ -57,11 +57,11 @@ class Point:
     def rates(self) -> np.ndarray:
         """Derivatives of ln c, and of what is configured, by the coordinates, shape (1 + d,)."""
         c = self.moduli
-        found = [self.factor.coordinate_of(c)[1] / c]
+        rates = [self.factor.coordinate_of(c)[1] / c]
         for number, zeta in self.numbers:
             rate = number.coordinate_of(float(number.at(zeta)))[1]
-            found.append(rate * (c if number.modulus else 1.0))
-        return np.array(found)
+            rates.append(rate * (c if number.modulus else 1.0))
+        return np.array(rates)
 
     def change(self, config: Config) -> Change:
         """Return the change of a configuration to these numbers.
@@ -70,12 +70,12 @@ class Point:
             config: whose moduli are scaled.
         """
         c = self.moduli
-        found: dict[str, Any] = {**scaled_moduli(config, c)}
+        change: dict[str, Any] = {**scaled_moduli(config, c)}
         for number, zeta in self.own:
-            found |= number.change(float(number.at(zeta)) * (c if number.modulus else 1.0))
-        for cause, own in self.causes:
-            found |= cause.overrides(own, c)
-        return found
+            change |= number.change(float(number.at(zeta)) * (c if number.modulus else 1.0))
+        for cause, zetas in self.causes:
+            change |= cause.overrides(zetas, c)
+        return change
 
 
 class Simulator(Protocol):

@@ -82,21 +82,21 @@ class StopInterpolant:
         """
         where = self.rows_at
         there = np.flatnonzero(self.stops < reached)
-        found = np.zeros((len(where), len(self.stops)))
+        weights = np.zeros((len(where), len(self.stops)))
         if not there.size:
-            found[:] = np.nan
-            return found
+            weights[:] = np.nan
+            return weights
         some = there if force is None else there[self._acts(force[self.stops[there]])]
-        found[:, some] = spline_weights(self.at[some], where, derivative)
+        weights[:, some] = spline_weights(self.at[some], where, derivative)
         if force is not None and some.size < there.size:
             acting = force[self.stops[some]]
-            told = spline_weights(self.at[some], where, 0) @ acting
-            found[told * acting.sum() < 0] = 0.0
+            interpolated = spline_weights(self.at[some], where, 0) @ acting
+            weights[interpolated * acting.sum() < 0] = 0.0
         if there.size < len(self.stops):
             low, high = self.at[there].min(), self.at[there].max()
             margin = self.beyond * (high - low)
-            found[(where > high + margin) | (where < low - margin)] = np.nan
-        return found
+            weights[(where > high + margin) | (where < low - margin)] = np.nan
+        return weights
 
     def _acts(self, force: np.ndarray) -> slice:
         """Stops at which a force acts, where it begins or ends to act between two of them.
@@ -111,15 +111,15 @@ class StopInterpolant:
         if len(some) < self.fewest:
             return slice(None)
         first, last = int(some[0]), int(some[-1]) + 1
-        at, own = self.at[first:last], force[first:last]
+        at, acting = self.at[first:last], force[first:last]
 
         def over(place: int, end: float) -> bool:
             """Tell if the force is over before a stop, beyond the one at which it is ``end``."""
-            beyond = float(spline_weights(at, self.at[[place]], 0)[0] @ own)
+            beyond = float(spline_weights(at, self.at[[place]], 0)[0] @ acting)
             return beyond / end < -0.1
 
-        first = first if first and over(first - 1, own[0]) else 0
-        last = last if last < len(force) and over(last, own[-1]) else len(force)
+        first = first if first and over(first - 1, acting[0]) else 0
+        last = last if last < len(force) and over(last, acting[-1]) else len(force)
         return slice(first, last)
 
 
@@ -132,9 +132,9 @@ def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.nda
         derivative: 0 or 1.
     """
     if len(set(at.tolist())) == 1:
-        found = np.zeros((len(where), len(at)))
-        found[:, -1] = float(derivative == 0)
-        return found
+        weights = np.zeros((len(where), len(at)))
+        weights[:, -1] = float(derivative == 0)
+        return weights
     spline = _spline(tuple(at.tolist()))
     x = spline.x
     inside = np.clip(where, x[0], x[-1])
@@ -177,7 +177,7 @@ class StopSchedule:
     def protocol(self) -> dict[str, object]:
         """The protocol's columns; :func:`protocol_file.key` tells where they belong."""
         return {
-            **{name: list(own) for name, own in self.others.items()},
+            **{name: list(values) for name, values in self.others.items()},
             "time_s": list(self.time_s),
             self.control: list(self.value),
             "cycle": list(self.cycle),
@@ -203,13 +203,13 @@ class StopSchedule:
             (…, count) NaN in rows that are not on this route or were not reached.
         """
         *several, reached = values.shape
-        found = np.full((*several, count), np.nan)
+        readings = np.full((*several, count), np.nan)
         padded = np.zeros((*several, len(self.value)))
         padded[..., :reached] = values
         every = self._weights_of(reached, derivative, force)
         for leg, weights in zip(self.legs, every, strict=True):
-            found[..., leg.rows] = padded[..., leg.stops] @ weights.T
-        return found
+            readings[..., leg.rows] = padded[..., leg.stops] @ weights.T
+        return readings
 
     def _weights_of(
         self, reached: int, derivative: int, force: np.ndarray | None
@@ -287,13 +287,13 @@ class ControlSegment:
             before: the stop before them; None at the start of a test.
         """
         start = [] if before is None else [before]
-        time_s = [*(each.time_s for each in start), *self.time_s]
+        time_s = [*(s.time_s for s in start), *self.time_s]
         for stop in stops:
             others = {
                 name: float(
-                    np.interp(stop.time_s, time_s, [*(s.controls[name] for s in start), *own])
+                    np.interp(stop.time_s, time_s, [*(s.controls[name] for s in start), *values])
                 )
-                for name, own in self.others.items()
+                for name, values in self.others.items()
             }
             yield stop._replace(controls={self.lead: stop.value, **others})
 
@@ -342,34 +342,34 @@ def segments(
     ends = [*cuts[1:], len(rows)]
     places = rows.index.to_numpy()
     leads = farthest(values, np.cumsum(np.concatenate([[0], new])))
-    found: list[ControlSegment] = []
+    pieces: list[ControlSegment] = []
     for a, b, lead in zip(cuts, ends, leads, strict=True):
         value, jump = values[lead], jumps[lead]
-        own, size = value[a:b], max(float(np.abs(value).max()), 1e-12)
+        led, size = value[a:b], max(float(np.abs(value).max()), 1e-12)
         others = {
-            name: _settled_at(beside[a:b], rest)
-            for name, beside, rest in zip(controls, values, jumps, strict=True)
+            name: _settled_at(beside[a:b], least)
+            for name, beside, least in zip(controls, values, jumps, strict=True)
             if name != controls[lead]
         }
         rounds_by = few if b - a <= policy.most_stops else many  # whose stops are means
         if branch[a] == "hold":
             # where the ramp before it led to was read once more, as its last row
-            before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
-            mean = float(np.concatenate([before, own]).mean())
+            before = value[a - 1 : a] if a and abs(value[a - 1] - led.mean()) <= jump else led[:0]
+            mean = float(np.concatenate([before, led]).mean())
             within = rounds_by / math.sqrt(b - a)
             meant = meant_end(mean, size / policy.most_stops, within, policy)
-            own = np.full(b - a, meant)
-            if before.size and found[-1].branch != "hold" and found[-1].lead == controls[lead]:
-                found[-1] = replace(found[-1], leads_to=meant)
-        side = own[-1] if branch[a] == "loading" else value[max(a - 1, 0)]
-        found.append(
+            led = np.full(b - a, meant)
+            if before.size and pieces[-1].branch != "hold" and pieces[-1].lead == controls[lead]:
+                pieces[-1] = replace(pieces[-1], leads_to=meant)
+        side = led[-1] if branch[a] == "loading" else value[max(a - 1, 0)]
+        pieces.append(
             ControlSegment(
-                int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma,
+                int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], led, size, sigma,
                 rounds_by, jump, lead=controls[lead], below=bool(side < -jump), others=others,
                 policy=policy,
             )
         )  # fmt: skip
-    return found
+    return pieces
 
 
 def _settled_at(value: np.ndarray, jump: float) -> np.ndarray:
@@ -444,25 +444,25 @@ def in_time(
             back = _back(segment, before)
             before = back[-1] if back else before
             first = len(stops) + len(back)
-            own = _wait(segment, before) if waits else _ramp(segment, before)
-            stops += segment.led([*back, *own], last)
+            new = _wait(segment, before) if waits else _ramp(segment, before)
+            stops += segment.led([*back, *new], last)
             if before is not None and (not waits or before.value == stops[-1].value):
                 first -= 1  # the leg begins where the one before it ends
             places = np.arange(first, len(stops))
-        own = [stops[place] for place in places]
+        on_leg = [stops[place] for place in places]
         if waits:
             start_s = longest[again.get(i, i)].time_s[0]
-            moments_s = [each.time_s - each.time_s[0] + start_s for each in same]
-            stops_s = np.array([stop.time_s for stop in own])
+            moments_s = [part.time_s - part.time_s[0] + start_s for part in same]
+            stops_s = np.array([stop.time_s for stop in on_leg])
             rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
         else:
-            rows_at = np.concatenate([each.value for each in same])
-            at = np.array([stop.controls[segment.lead] for stop in own])
-        rows = np.concatenate([each.rows for each in same])
+            rows_at = np.concatenate([part.value for part in same])
+            at = np.array([stop.controls[segment.lead] for stop in on_leg])
+        rows = np.concatenate([part.rows for part in same])
         ends = segment.policy.alike, segment.policy.few
         legs.append(StopInterpolant(places, at, rows, rows_at, *ends))
     time_s, _, cycle, branch, every = zip(*stops, strict=True)
-    value, *others = (tuple(each[name] for each in every) for name in (control, *beside))
+    value, *others = (tuple(values[name] for values in every) for name in (control, *beside))
     named = dict(zip(beside, others, strict=True))
     return StopSchedule(control, time_s, value, cycle, branch, tuple(legs), named)
 
@@ -477,23 +477,23 @@ def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
     for place, segment in enumerate(segments):
         cycles.setdefault(segment.cycle, []).append(place)
     off = segments[0].policy.alike * max(abs(segment.end) for segment in segments)
-    found: dict[int, int] = {}
+    like: dict[int, int] = {}
     for before, now in pairwise([*cycles.values()][1:]):
         ends = [segment.end for segment in segments[: before[0]]]
-        own, again = ([segments[place] for place in each] for each in (before, now))
-        known = all(min(ends) - off <= each.end <= max(ends) + off for each in own)
-        starts = abs(own[0].value[0] - again[0].value[0]) <= off
-        if known and starts and _as_far(own, again, off):
-            found |= dict(zip(now, before, strict=True))
-    return found
+        once, again = ([segments[place] for place in places] for places in (before, now))
+        reached = all(min(ends) - off <= s.end <= max(ends) + off for s in once)
+        starts = abs(once[0].value[0] - again[0].value[0]) <= off
+        if reached and starts and _as_far(once, again, off):
+            like |= dict(zip(now, before, strict=True))
+    return like
 
 
 def _as_far(first: Sequence[ControlSegment], second: Sequence[ControlSegment], off: float) -> bool:
     """Tell whether the same branches lead to the same ends, but for ``off``."""
-    ways = ([(each.branch, each.lead) for each in part] for part in (first, second))
+    ways = ([(s.branch, s.lead) for s in part] for part in (first, second))
     return next(ways) == next(ways) and all(
         abs(a.end - b.end) <= off
-        and all(abs(own[-1] - b.others[name][-1]) <= off for name, own in a.others.items())
+        and all(abs(values[-1] - b.others[name][-1]) <= off for name, values in a.others.items())
         for a, b in zip(first, second, strict=True)
     )
 
@@ -531,16 +531,16 @@ def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         there = way * value < way * segment.leads_to - closest
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
-    found: list[NominalStop] = []
+    stops: list[NominalStop] = []
     last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
         if way * (here - last) > closest:
             last_s, last = max(float(moment), last_s), float(here)
-            found.append(NominalStop(last_s, last, segment.cycle, segment.branch))
-    if not found:  # a ramp that does not move
+            stops.append(NominalStop(last_s, last, segment.cycle, segment.branch))
+    if not stops:  # a ramp that does not move
         end_s = max(float(time_s[-1]), last_s)
-        found.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
-    return meant_ramp(found, before, segment)
+        stops.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
+    return meant_ramp(stops, before, segment)
 
 
 def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
@@ -558,23 +558,23 @@ def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         delays = segment.time_s - since
         spread = np.geomspace(delays[delays > 0].min(), end_s - since, most)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
-    found: list[NominalStop] = []
+    stops: list[NominalStop] = []
     for moment in moments:
-        if (not found and before is None) or moment > last_s:
+        if (not stops and before is None) or moment > last_s:
             last_s = moment
-            found.append(NominalStop(moment, value, segment.cycle, "hold"))
-    return found or [NominalStop(last_s + 1e-6, value, segment.cycle, "hold")]
+            stops.append(NominalStop(moment, value, segment.cycle, "hold"))
+    return stops or [NominalStop(last_s + 1e-6, value, segment.cycle, "hold")]
 
 
 def _rising(values: Sequence[float], least: float) -> np.ndarray:
     """Values that rise by more than ``least`` from one to the next; the ends stay."""
-    found = [values[0]]
+    rising = [values[0]]
     for value in values[1:]:
-        if value > found[-1] + least:
-            found.append(value)
-    if values[-1] > found[-1]:
-        found[-1] = values[-1]
-    return np.array(found, dtype=float)
+        if value > rising[-1] + least:
+            rising.append(value)
+    if values[-1] > rising[-1]:
+        rising[-1] = values[-1]
+    return np.array(rising, dtype=float)
 
 
 def unit_for(distance: float, policy: Policy = Policy()) -> float:
@@ -644,24 +644,24 @@ def meant_values(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> n
 
 
 def meant_ramp(
-    found: Sequence[NominalStop], before: NominalStop | None, segment: ControlSegment
+    stops: Sequence[NominalStop], before: NominalStop | None, segment: ControlSegment
 ) -> list[NominalStop]:
     """The stops of a ramp at round values, at one rate where its rows allow.
 
     Args:
-        found: its stops as read, the values rise or fall.
+        stops: as read, the values rise or fall.
         before: the stop that it starts from; None at the start of a test.
         segment: the ramp; its stops are not changed where its gauge has no noise.
     """
     sigma, leads_to, policy = segment.rounds_by, segment.leads_to, segment.policy
-    known = [*([before] if before else []), *found]
-    if not sigma or len(known) < 2:
-        return list(found)
-    time_s = np.array([stop.time_s for stop in known])
-    read = np.array([stop.value for stop in known])
+    joined = [*([before] if before else []), *stops]
+    if not sigma or len(joined) < 2:
+        return list(stops)
+    time_s = np.array([stop.time_s for stop in joined])
+    read = np.array([stop.value for stop in joined])
     distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
     if not distance:
-        return list(found)
+        return list(stops)
     unit = common_unit(read, sigma, policy)
     meant = np.array([rounded(float(value), unit) for value in read])
     meant[-1] = (
@@ -689,6 +689,6 @@ def meant_ramp(
     kept.append(len(meant) - 1)
     first = 1 if before else 0
     return [
-        found[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
+        stops[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
         for i in kept[first:]
     ]

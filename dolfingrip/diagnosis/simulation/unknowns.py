@@ -34,14 +34,14 @@ def unknowns(
         ConfigError: one line with the name of a number of a finger's rig, and the readings that
             feel it, where no reading is of such a rig.
     """
-    for each in fitted_effects():
-        asked_for = each.name() in (names or ())
-        if asked_for and not any(feels(each, test) for test in measurement.tests):
-            which = "a blocked finger" if each.felt_by == ("plate",) else "a finger"
-            raise ConfigError(f"--effects {each.name()}: allowed: with readings of {which}")
+    for cls in fitted_effects():
+        asked_for = cls.name() in (names or ())
+        if asked_for and not any(feels(cls, test) for test in measurement.tests):
+            which = "a blocked finger" if cls.felt_by == ("plate",) else "a finger"
+            raise ConfigError(f"--effects {cls.name()}: allowed: with readings of {which}")
     applied = measurement.applied(config)
     every_cause = causes(measurement.lab(config), names, measurement.policy)
-    return [each for each in every_cause if all(map(effect(each.name).possible, applied))]
+    return [cause for cause in every_cause if all(map(effect(cause.name).possible, applied))]
 
 
 def rig_numbers(
@@ -60,21 +60,21 @@ def rig_numbers(
     on, policy = measurement.lab(config).extensions.inner, measurement.policy
     solid: list[Unknown] = []
     linear: list[Unknown] = []
-    for each in fitted_effects():
-        name, stage, told = each.name(), issubclass(each, Stage), each.told
-        felt = fitted_in(each, measurement, config)
-        std = max((test.setup.nuisances[told.key] for test, _ in felt), default=0.0)
+    for cls in fitted_effects():
+        name, stage, report = cls.name(), issubclass(cls, Stage), cls.told
+        felt = fitted_in(cls, measurement, config)
+        std = max((test.setup.nuisances[report.key] for test, _ in felt), default=0.0)
         if not std or len({number for _, number in felt}) > 1 or (stage and name in on):
             continue
         number = felt[0][1]
-        prior = Prior(number.value, told.spread(std, number.value), "as reported")
+        prior = Prior(number.value, report.spread(std, number.value), "as reported")
         # a shape is fitted, whichever causes are tried
-        shape = each.entry_of(number.key) is Entry.SHAPE
+        shape = cls.entry_of(number.key) is Entry.SHAPE
         tried = names is None or name in names or shape
         reach = policy.shape_reach if shape else policy.reach * prior.tail
         made = Unknown(
             number.key, prior, -reach, reach, (number.low, number.high), role="always",
-            names=(name,) if tried and name not in on else (), told=told.key,
+            names=(name,) if tried and name not in on else (), told=report.key,
         )  # fmt: skip
         (linear if stage else solid).append(made.reaching(reach))
     return [*solid, *_own(measurement, config)], linear
@@ -83,17 +83,17 @@ def rig_numbers(
 def _own(measurement: Measurement, config: Config) -> list[Unknown]:
     """The body's numbers that the laboratory told a deviation of by their keys."""
     applied = measurement.applied(config)
-    bodies = [own for test, own in zip(measurement.tests, applied, strict=True) if test.of_finger]
-    told: dict[str, float] = {}
+    bodies = [b for test, b in zip(measurement.tests, applied, strict=True) if test.of_finger]
+    stds: dict[str, float] = {}
     for test in measurement.tests:
-        told |= {key: test.setup.nuisances[key] for key in test.setup.told if "." in key}
-    found = []
-    for key, std in told.items():
+        stds |= {key: test.setup.nuisances[key] for key in test.setup.told if "." in key}
+    numbers = []
+    for key, std in stds.items():
         values = [
-            {p.key: (p.value(own), p) for p in every(own) if p.section.role is Role.BODY}.get(key)
-            for own in bodies
+            {p.key: (p.value(b), p) for p in every(b) if p.section.role is Role.BODY}.get(key)
+            for b in bodies
         ]
-        if not bodies or None in values or len({each[0] for each in values if each}) != 1:
+        if not bodies or None in values or len({pair[0] for pair in values if pair}) != 1:
             continue
         assert values[0] is not None
         value, parameter = values[0]
@@ -102,8 +102,8 @@ def _own(measurement: Measurement, config: Config) -> list[Unknown]:
             key, Prior(value, std, "as reported"), -reach, reach, (parameter.low, parameter.high),
             role="always", modulus=key in modulus_keys(bodies[0]),
         )  # fmt: skip
-        found.append(_feasible(bodies[0], number.reaching(reach)))
-    return found
+        numbers.append(_feasible(bodies[0], number.reaching(reach)))
+    return numbers
 
 
 def _feasible(config: Config, number: Unknown) -> Unknown:
