@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -136,6 +137,7 @@ def test_a_bad_plugin_is_one_line(name: str, tmp_path: Path) -> None:
 
 
 def test_a_plugin_that_comes_too_late_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    import_module("dolfingrip.config")  # which is made of all laws that there are
     monkeypatch.setenv(VARIABLE, "")
     with pytest.raises(PluginError, match="laws are loaded; allowed: dolfingrip"):
         plugins.add(LAW)
