@@ -11,6 +11,7 @@ from typing import Any
 import tomlkit
 
 from dolfingrip.channels import (
+    AIR_SUPPLY,
     CHANNELS,
     OBSTACLE,
     PRESSURE,
@@ -69,7 +70,8 @@ def columns(
         several += [supply_of(name).name for name in config.cavity.own]
         line = of_line(config.camera.markers, curve=config.curve is not None)
         pressed = () if config.obstacle is None else OBSTACLE
-        several += [each.name for each in (*line, *pressed)]
+        supplied = () if config.supply is None else AIR_SUPPLY
+        several += [each.name for each in (*line, *pressed, *supplied)]
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
     ends = (end for name in banded for end in of_band(name))

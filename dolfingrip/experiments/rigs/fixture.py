@@ -133,7 +133,7 @@ def supply(config: Config, site: Site) -> tuple[dict[str, Prescribed], list[Supp
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
     assert site.pressure is not None
-    found = {PRESSURE.name: Control(site.pressure, KPA)}
+    found: dict[str, Prescribed] = {PRESSURE.name: site.set_point or Control(site.pressure, KPA)}
     found |= {supply_of(name).name: Control(own, KPA) for name, own in site.supplies.items()}
     if not stages:
         return dict(found), []
