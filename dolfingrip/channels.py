@@ -43,6 +43,7 @@ SYMBOLS: Final[Mapping[str, str]] = {
     "mm3": "mm³",
     "per_m": "1/m",
     "N_per_mm": "N/mm",
+    "l_per_min": "l/min",
     "": "–",
 }
 """Printed forms of units that differ from the ends of names."""
@@ -374,6 +375,22 @@ OBSTACLE: Final = tuple(
     )
 )  # fmt: skip
 """Readings of what stands beside a finger, in a configuration with ``[obstacle]``."""
+
+AIR_SUPPLY: Final = tuple(
+    Channel(name=name, unit=unit, title=title, about=about, form=form)
+    for name, unit, title, about, form in (
+        ("source_kPa", "kPa", "Pressure of the source", "pressure of the supply's source", ".2f"),
+        ("tube_kPa", "kPa", "Pressure in the tube", "pressure behind the supply's valve", ".2f"),
+        ("gauge_kPa", "kPa", "Pressure at the gauge", "pressure where the supply's gauge is "
+         "(`supply.gauge`)", ".2f"),
+        ("inflow_l_per_min", "l_per_min", "Flow into the cavity", "flow of free air through the "
+         "tube into the cavities, less what leaks", ".3f"),
+        ("air_mg", "mg", "Air", "mass of the air in source, tube and cavities", ".3f"),
+        ("air_error", "", "Error of the air's balance", "mass of the air against that at rest and "
+         "what has entered since, as a part of it", ".1e"),
+    )
+)  # fmt: skip
+"""Readings of a supply of air, in a configuration with ``[supply]``."""
 
 
 def of_line(markers: int | Sequence[Any], *, curve: bool) -> tuple[Channel, ...]:

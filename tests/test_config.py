@@ -268,6 +268,7 @@ def test_every_key_is_printed_with_its_meaning() -> None:
         "curve.x_mm=[0, 0]",
         "curve.z_mm=[0, 90]",
         "obstacle.kind=cube",
+        "supply.source=tank",
     ]
     ogden = ["material.law=ogden", "material.ogden_mu_MPa=[1]", "material.ogden_alpha=[2]"]
     polynomial = ["material.law=polynomial", "material.C10_MPa=1"]

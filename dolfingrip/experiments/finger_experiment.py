@@ -17,6 +17,8 @@ from dolfingrip.experiments.experiment import (
     Readings,
 )
 from dolfingrip.experiments.protocol import Stop, pressure_stops
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import PRESCRIBED
 from dolfingrip.sections.units import doubted
 
 if TYPE_CHECKING:
@@ -83,10 +85,10 @@ class FingerExperiment(Experiment):
         return [*notes(config), *ballooning.note(config)]
 
     def remarks(self, result: Readings) -> list[str]:
-        from dolfingrip.experiments.results import doubts
+        from dolfingrip.experiments.results import doubts, following
 
         said = [doubt.sentence for doubt in doubts.of_motion(result)]
-        return [*doubts.elongation(result), *said]
+        return [*doubts.elongation(result), *said, *following.remarks(result)]
 
 
 class WholeFingerExperiment(FingerExperiment):
@@ -96,6 +98,8 @@ class WholeFingerExperiment(FingerExperiment):
     gradients: ClassVar = False
 
     def settings(self, config: Config) -> Config:
+        if config.supply is not None:
+            raise ConfigError(f"supply = {PRESCRIBED}")
         return config.changed(mesh={"half": False})
 
 

@@ -26,6 +26,7 @@ from dolfingrip.experiments.experiment import (
 from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import Stop, grasp_stops, lift_starts_s
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import PRESCRIBED
 
 COARSE_MM: Final = 8.4
 """Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
@@ -115,6 +116,8 @@ class Grasp(Experiment):
 
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
+        if config.supply is not None:
+            raise ConfigError(f"supply = {PRESCRIBED}")
         dynamic, gripper = config.experiment.dynamic, config.gripper
         if dynamic and gripper.lift_acceleration_m_s2 is None:
             raise ConfigError(

@@ -11,6 +11,7 @@ from typing import Any
 import tomlkit
 
 from dolfingrip.channels import (
+    AIR_SUPPLY,
     CHANNELS,
     OBSTACLE,
     PRESSURE,
@@ -69,7 +70,8 @@ def columns(
         several += [supply_of(name).name for name in config.cavity.own]
         line = of_line(config.camera.markers, curve=config.curve is not None)
         pressed = () if config.obstacle is None else OBSTACLE
-        several += [c.name for c in (*line, *pressed)]
+        supplied = () if config.supply is None else AIR_SUPPLY
+        several += [c.name for c in (*line, *pressed, *supplied)]
     instrumental = {c.name for c in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in instrumental]
     ends = (end for name in banded for end in of_band(name))

@@ -39,6 +39,8 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
     for name, cavity in config.cavity.all.items():
         if cavity.closed:
             raise ConfigError(f"{suffix}: no air in cavity.{name}; allowed: closed = false")
+    if config.supply is not None:
+        raise ConfigError(f"{suffix}: no supply of air; allowed: without [supply]")
     if one_material and config.material.own:
         name = config.material.own[0]
         raise ConfigError(f"{suffix}: no material.{name}; allowed: one material")

@@ -20,6 +20,7 @@ from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.assembly import box, integral, to_assemble
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.model import Prescribed
 from dolfingrip.mechanics.model.state import History
 from dolfingrip.mechanics.model.supports import SupportMotion
 from dolfingrip.mechanics.model.term import Term
@@ -55,6 +56,7 @@ class Site:
         unknowns: what is solved for besides the fields, by name.
         motions: of the clamp, by global unknowns among ``unknowns``.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
+        set_point: the pressure that a supply of air is asked for; None without one.
         supplies: constants: pressures (MPa) of cavities with a supply of their own, by name.
         contact: of the skin with itself, where there is any.
         walls: contact of each cavity's walls with themselves, by its name; empty where they cannot
@@ -77,6 +79,7 @@ class Site:
     unknowns: dict[str, GlobalUnknown] = field(default_factory=dict)
     motions: list[SupportMotion] = field(default_factory=list)
     pressure: fem.Constant | None = None
+    set_point: Prescribed | None = None
     supplies: dict[str, fem.Constant] = field(default_factory=dict)
     contact: BarrierContact | None = None
     walls: dict[str, BarrierContact] = field(default_factory=dict)

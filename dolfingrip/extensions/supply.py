@@ -8,7 +8,7 @@ import numpy as np
 
 from dolfingrip.channels import PRESSURE
 from dolfingrip.extensions.effect import Flow, Stage
-from dolfingrip.mechanics.model.model import Control
+from dolfingrip.mechanics.model.model import Prescribed
 from dolfingrip.mechanics.model.state import Memory
 
 
@@ -19,12 +19,14 @@ class Supply(Memory):
     start is part of the state.
 
     Args:
-        cavity: the cavity's pressure.
+        cavity: the cavity's pressure, or what its supply of air is asked for.
         stages: effects on the pressure, from regulator to cavity.
         name: of the control; the memory has the same.
     """
 
-    def __init__(self, cavity: Control, stages: Sequence[Stage], name: str = PRESSURE.name) -> None:
+    def __init__(
+        self, cavity: Prescribed, stages: Sequence[Stage], name: str = PRESSURE.name
+    ) -> None:
         self._cavity, self._name = cavity, f"supply of {name}"
         self.stages = stages
         self._regulator_kPa = 0.0

@@ -29,6 +29,7 @@ from dolfingrip.sections.procedure import (
 )
 from dolfingrip.sections.section import Refusal, Section
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, ThicknessMorph
+from dolfingrip.sections.supply import AirLine
 
 KINDS: Final = {name: kind for name, kind in GEOMETRIES.items() if kind.table() == name}
 """Kinds of geometry with a table of their own; bellows have their dimensions in ``finger``."""
@@ -54,6 +55,7 @@ class Sections(Section):
     gripper: Gripper = Gripper()
     film: Films = Films()
     cavity: Cavities = Cavities()
+    supply: AirLine | None = None
     camera: Camera = Camera()
     mould: Mould = Mould()
     inlet: Inlet | None = None
@@ -110,6 +112,7 @@ class Sections(Section):
         yield from self._regions_refused()
         yield from self._form_refused()
         yield from self._cavities_refused()
+        yield from self._supply_refused()
         yield from self._loads_refused()
 
     def _kind_refused(self) -> Iterator[Refusal]:
@@ -200,6 +203,25 @@ class Sections(Section):
         if self.experiment.control != "pressure" and (min(ratios) < 0 or max(ratios) == 0):
             words = 'allowed: "pressure" where a pressure_ratio is negative, or all are 0'
             yield Refusal("experiment.control", words)
+
+    def _supply_refused(self) -> Iterator[Refusal]:
+        if self.supply is None:
+            return
+        source, highest = self.supply.source, self.pressures_kPa[1]
+        wanted = "volume" if source == "syringe" else "pressure"
+        if self.experiment.control != wanted:
+            words = f'allowed with supply.source = "{source}": "{wanted}"'
+            yield Refusal("experiment.control", words, f'"{self.experiment.control}"')
+        if wanted == "pressure" and highest > (most := self.supply.most_kPa):
+            words = f"its source never has the {highest:g} kPa that are asked for"
+            key = "tank_kPa" if source == "tank" else "pump_kPa"
+            yield Refusal(
+                f"supply.{key}", f"{words}; allowed: from {highest:g} kPa on", f"{most:g}"
+            )
+        for name, cavity in self.cavity.all.items():
+            if cavity.pressure_kPa or cavity.pressure_ratio not in (0, 1):
+                words = "allowed with [supply], which all cavities share: 1, or 0 for a vented one"
+                yield Refusal(f"cavity.{name}.pressure_ratio", words)
 
     def _loads_refused(self) -> Iterator[Refusal]:
         length_mm = self.geometry.length_mm

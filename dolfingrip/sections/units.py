@@ -48,6 +48,9 @@ UNITS: Final = {
     "GB": Unit("GB", 0.001, 100000),
     "g": Unit("g", 1e-6, 1e6),
     "mJ": Unit("mJ", 1e-9, 1e6),
+    "cm3": Unit("cm³", 1e-6, 1e6),
+    "l_per_min": Unit("l/min", 1e-6, 1e4),
+    "dm3_per_s_bar": Unit("dm³/(s bar)", 1e-9, 1000),
 }
 """Units by the ending of a key."""
 

@@ -16,6 +16,7 @@ from typing import Any, Final, get_args
 import pandas as pd
 
 from dolfingrip.channels import (
+    AIR_SUPPLY,
     CHANNELS,
     CURVE,
     DISPLACEMENT,
@@ -63,7 +64,7 @@ MEASURED: Final = (*WHO, *NUMBERS)
 
 IGNORED: Final = frozenset(
     {name for each in EXPERIMENTS.values() for name in columns(each)}
-    | {CURVE.name, *(each.name for each in OBSTACLE)}
+    | {CURVE.name, *(each.name for each in (*OBSTACLE, *AIR_SUPPLY))}
 ) - {*MEASURED}
 """Further columns of a simulation's ``result.csv``, which no instrument reads."""
 

@@ -23,6 +23,7 @@ from dolfingrip.experiments.rigs.materials import (
     layer_energy,
     sheets,
 )
+from dolfingrip.experiments.rigs.pneumatics import MM3, line_of
 from dolfingrip.experiments.rigs.undeformed import REST
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
@@ -40,12 +41,15 @@ from dolfingrip.mechanics.model.element import (
 from dolfingrip.mechanics.model.inertia import Inertia
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
+from dolfingrip.mechanics.model.pneumatics import Air
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import History, Memory, State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
+from dolfingrip.mechanics.newton.air_supply import AirSupply, SetPoint, supplied
 from dolfingrip.mechanics.newton.volume_control import volume_controlled
+from dolfingrip.sections.supply import AirLine
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,7 @@ class FingerModel:
             the volume.
         rest: state that readings count from; it starts as the undeformed state.
         inertia: of the finger; None: it is quasi-static.
+        air: the supply of its cavities' air; None: their pressure, or volume, is prescribed.
     """
 
     config: Config
@@ -103,6 +108,7 @@ class FingerModel:
     by_pressure: Model
     rest: State
     inertia: Inertia | None = None
+    air: AirSupply | None = None
 
     @property
     def plate(self) -> RigidPlate | None:
@@ -168,6 +174,15 @@ class FingerModel:
     def control_volume(self) -> None:
         """Replace the model by one of the same state, controlled by the volume that is driven."""
         self.model = volume_controlled(self.model, self.cavity, self.driven)
+
+    def supply_air(self, supply: AirLine) -> None:
+        """Replace the model by one of the same state whose cavities' air comes from a supply."""
+        air = Air(line_of(supply), syringe=supply.source == "syringe")
+        self.air = AirSupply(
+            self.site.u, self.cavity, self.driven, self.site.domain.copies, air,
+            self.site.set_point or self.cavity, supply.error_kPa * KPA, MM3 * supply.syringe_cm3,
+        )  # fmt: skip
+        self.model = supplied(self.model, self.air)
 
     def take_over(self, config: Config, at_rest_mm: np.ndarray) -> None:
         """Put the plate and set the supply's stages as the adapted ``config`` asks for.
@@ -312,6 +327,9 @@ def build(
         pressure_field(element, mesh),
         parameters=dict(base.constants),
         pressure=fem.Constant(mesh, PETSc.ScalarType(0.0)),
+        set_point=None
+        if config.supply is None or config.supply.source == "syringe"
+        else SetPoint(),
     )
     surround(site, plate=plate)
     if config.obstacle is not None:
@@ -339,9 +357,11 @@ def build(
         constraint=moving_clamp(site, supports),
     )
     made = FingerModel(config, site, model, model, model.state(), inertia)
-    if config.experiment.control == "volume":
+    if config.supply is not None:
+        made.supply_air(config.supply)
+    elif config.experiment.control == "volume":
         made.control_volume()
-        made.rest = made.model.state()
+    made.rest = made.model.state()
     return made
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.channels import AMBIENT_KPA, LARGEST_STRETCH, supply_of
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import ballooning, protocol
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.results.doubts import of_law
@@ -95,7 +95,7 @@ class FingerRig(Rig):
 
     @property
     def quantity(self) -> str:
-        return "pressure" if self._by_pressure else "volume"
+        return "volume" if CONTROL in self._finger.model.controls else "pressure"
 
     @property
     def jumps(self) -> bool:
@@ -106,14 +106,16 @@ class FingerRig(Rig):
         longest = {}
         if self._config.experiment.dynamic or self._config.solver.max_step_s is not None:
             longest["time_s"] = self._config.solver.max_step_s or LONGEST_S
-        if self._by_pressure:
+        elif self._finger.air is not None:
+            longest["time_s"] = FILLINGS * self._finger.air.filling_s()
+        if self._by_pressure or (self._finger.air and not self._finger.air.air.syringe):
             supplies = ("pressure_kPa", *(supply_of(name).name for name in self._config.cavity.own))
             return {**dict.fromkeys(supplies, self._config.solver.max_step_kPa), **longest}
         ratio = self._config.experiment.step_volume_ratio
         return {CONTROL: ratio * self._rest_mm3, **longest}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
-        if self._by_pressure:
+        if CONTROL not in self._finger.model.controls:
             return {"pressure_kPa": stop.value, **stop.others, "time_s": stop.time_s}
         volume = self._rest_mm3 * (1 + stop.value)
         return {CONTROL: volume, "time_s": stop.time_s}
@@ -130,9 +132,11 @@ class FingerRig(Rig):
         failure = None
         if self.from_rest_shape:
             failure = go_to_rest(self._finger, self.newton, path.observers)
-            if not self._by_pressure:
+            if self._finger.air is not None:
+                self._finger.air.begin()
+            elif not self._by_pressure:
                 self._finger.model.controls[CONTROL].set(self._volume_mm3())
-        elif first.value != 0 or any(first.others.values()):
+        elif self._by_pressure and (first.value != 0 or any(first.others.values())):
             failure = path.advance(UNPRESSURISED).failure
         else:
             return None
@@ -203,6 +207,8 @@ class FingerRig(Rig):
     def perturbations(
         self, config: Config, parameters: Sequence[Parameter]
     ) -> Sequence[ParameterPerturbation]:
+        if self._finger.air is not None:
+            raise ConfigError("--gradients: allowed: without [supply]")
         return perturbations(parameters, config, self._finger)
 
     def foreseen(self, attempted: Mapping[str, float]) -> bool:
@@ -251,6 +257,9 @@ as a fold that snaps makes it fall less, and of one that does not."""
 
 PAST = 1.25
 """Pressure by that at which walls are forecast to balloon, from which on folds do not help."""
+
+FILLINGS = 10.0
+"""Longest step in time with a supply of air, by the time in which it fills the cavity once."""
 
 LONGEST_S = 0.02
 """Longest step in time of a finger with inertia, if no other is asked for."""

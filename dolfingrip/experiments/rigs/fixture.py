@@ -133,7 +133,7 @@ def supply(config: Config, site: Site) -> tuple[dict[str, Prescribed], list[Supp
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
     assert site.pressure is not None
-    controls = {PRESSURE.name: Control(site.pressure, KPA)}
+    controls: dict[str, Prescribed] = {PRESSURE.name: site.set_point or Control(site.pressure, KPA)}
     controls |= {supply_of(name).name: Control(p, KPA) for name, p in site.supplies.items()}
     if not stages:
         return dict(controls), []

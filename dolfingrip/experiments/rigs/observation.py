@@ -22,6 +22,7 @@ from dolfingrip.channels import (
 )
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.pneumatics import of_supply
 from dolfingrip.experiments.rigs.undeformed import REST, morph
 from dolfingrip.mechanics.model.assembly import undeformed
 from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
@@ -187,6 +188,8 @@ class Observation:
         ]
         if finger.config.obstacle is not None and finger.site.obstacle is not None:
             readings += on_obstacle(model, finger.site.obstacle, finger.config.obstacle.friction)
+        if finger.air is not None:
+            readings += of_supply(model, finger.air)
         if plate is not None:
             readings += [
                 PlateForce(model, plate),

@@ -104,12 +104,21 @@ class VolumeControl(Term, Memory):
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the residual V* − V."""
-        gradient.add(self.unknown, (self.control.target_mm3 - self.volume_mm3()) / self._copies)
+        gradient.add(self.unknown, (self.given_mm3() - self.volume_mm3()) / self._copies)
+
+    def given_mm3(self) -> float:
+        """V* at the present pressure."""
+        return self.control.target_mm3
+
+    def given_slope(self) -> float:
+        """Derivative of V* by the pressure (mm³/MPa)."""
+        return 0.0
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """−∂V/∂u between pressure and displacement."""
+        """−∂V/∂u between pressure and displacement, and what V* changes by with the pressure."""
         rates = owned_vector(self._rate)  # of the meshed volume (mm²)
-        return [global_coupling([self.unknown], self._first, -rates[None], np.zeros((1, 1)))]
+        within = np.array([[self.given_slope() / self._copies]])
+        return [global_coupling([self.unknown], self._first, -rates[None], within)]
 
     def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add p ∂V*/∂X, as V* grows with the undeformed cavity."""

@@ -1,0 +1,123 @@
+"""A short finger that is filled through a valve, from a tank and by a syringe."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from support import small
+
+from dolfingrip.channels import AMBIENT_KPA
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import run
+from dolfingrip.experiments.result import Result
+
+STEP = (
+    "protocol.time_s=[0,0,0.1,0.3,3]",
+    "protocol.pressure_kPa=[0,50,50,50,50]",
+)
+"""A sudden pressure of 50 kPa, and a wait until the finger has it."""
+
+
+def bent(settings: Config) -> Result:
+    """The run, which comes to its end."""
+    result = run("bending", settings, comm=MPI.COMM_SELF)
+    assert result.failure is None
+    return result
+
+
+def test_follows_a_sudden_pressure_through_a_valve() -> None:
+    """Air is kept to 1e-6, and the gauge in the tube runs ahead.
+
+    Where the valve is choked, it lets in C p₁ of free air: at first for 0.1 s at most, as unchoked
+    flow is less.
+    """
+    valve = 0.01
+    filled = bent(small.short(*STEP, f"supply.valve_dm3_per_s_bar={valve}"))
+    time_s, inside = filled.column("time_s"), filled.column("cavity_pressure_kPa")
+    print(f"cavity {inside} kPa at {time_s} s, errors {filled.column('air_error')}")
+    assert np.abs(filled.column("air_error")).max() < 1e-6
+    assert (np.diff(inside[1:]) > 0).all()
+    assert inside[1] == pytest.approx(0, abs=1e-6)
+    assert (filled.column("tube_kPa")[2:4] > inside[2:4]).all()
+    choked_mg = 1.185 * valve * 1e3 * (AMBIENT_KPA + 50) / 100 * 0.1
+    came_mg = filled.column("air_mg")[2] - filled.column("air_mg")[1]
+    assert 0.5 * choked_mg < came_mg <= choked_mg
+
+
+@pytest.mark.slow
+def test_steps_follow_the_allowed_error() -> None:
+    """A tenth of the allowed error changes the pressure by no more than a few of the larger.
+
+    The finger ends where pressure control does.
+    """
+    valve = (*STEP, "supply.valve_dm3_per_s_bar=0.01")
+    coarse, fine = (bent(small.short(*valve, f"supply.error_kPa={e}")) for e in (0.1, 0.01))
+    plain = bent(small.short("experiment.step_kPa=50"))
+    ends = (coarse.column("angle_deg")[-1], plain.column("angle_deg")[-1])
+    assert ends[0] == pytest.approx(ends[1], rel=1e-4)
+    off = coarse.column("cavity_pressure_kPa") - fine.column("cavity_pressure_kPa")
+    print(f"differences {off} kPa")
+    assert 1e-4 < np.abs(off).max() < 0.5
+
+
+@pytest.mark.slow
+def test_a_leak_empties_a_tank() -> None:
+    """What a leak loses comes from the tank, and the balance holds, up and down again."""
+    leaking = bent(
+        small.short(
+            "experiment.unload=true", "experiment.step_kPa=25", "experiment.hold_s=1",
+            "supply.source=tank", "supply.tank_cm3=20", "supply.tank_kPa=150",
+            "supply.leak_mm=0.1", "supply.exponent=1.2", "supply.gauge=cavity",
+        )
+    )  # fmt: skip
+    tank, inside = leaking.column("source_kPa"), leaking.column("cavity_pressure_kPa")
+    print(f"tank {tank} kPa, cavity {inside} kPa")
+    assert (np.diff(tank) <= 1e-9).all()
+    assert np.abs(leaking.column("air_error")).max() < 1e-6
+    held = leaking.column("pressure_kPa") == 50
+    assert inside[held][1:] == pytest.approx(49.6, abs=0.3)  # the band of 10 kPa, nearly closed
+    assert leaking.column("air_mg")[-1] < leaking.column("air_mg")[0]
+
+
+def test_a_syringe_compresses_its_air() -> None:
+    """p (V_finger + V_tube + V_barrel) stays, and more is displaced than the finger grows."""
+    result = bent(
+        small.short(
+            "experiment.control=volume", "experiment.max_volume_ratio=3",
+            "experiment.step_volume_ratio=1", "supply.source=syringe", "supply.syringe_cm3=20",
+        )
+    )  # fmt: skip
+    volume, pressure = (result.column(n) for n in ("cavity_volume_mm3", "cavity_pressure_kPa"))
+    displaced = volume[0] * np.array([0, 1, 2])
+    air = (pressure + AMBIENT_KPA) * (volume + 5e3 + 20e3 - displaced)
+    np.testing.assert_allclose(air, air[0], rtol=1e-6)
+    assert (np.diff(volume) < 0.2 * np.diff(displaced)).all()
+    assert np.abs(result.column("air_error")).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (("supply.board=nobody's",), "supply.board = .*allowed: programmable-air"),
+        (("supply.source=pump",), "supply.pump_kPa = none: allowed: two pressures"),
+        (("supply.source=syringe",), 'experiment.control = "pressure": allowed with supply.source'),
+        (("supply.source=tank", "supply.tank_kPa=40"), "supply.tank_kPa = 40: .* from 50 kPa on"),
+        (("supply.valve_b=1",), r"supply.valve_b = 1.*"),
+    ],
+)
+def test_refusals(overrides: tuple[str, ...], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        small.short(*overrides)
+
+
+def test_a_board_gives_the_numbers_that_are_not_given() -> None:
+    supply = small.short("supply.board=programmable-air", "supply.tube_cm3=9").supply
+    assert supply is not None
+    assert (supply.source, supply.tube_cm3, supply.pump_kPa) == ("pump", 9.0, (0.0, 50.0))
+
+
+def test_experiments_that_prescribe_the_pressure_refuse_a_supply() -> None:
+    for name in ("vibration", "push", "grasp"):
+        with pytest.raises(ConfigError, match="supply = a table: the pressure is prescribed here"):
+            run(name, small.short("supply.source=ideal"), comm=MPI.COMM_SELF)
