@@ -194,8 +194,8 @@ def test_damaged_fields_are_one_line(
         (lambda grid: np.put(grid.cell_connectivity, 0, grid.n_points), "nodes that it has not"),
         (lambda grid: np.put(grid.cell_connectivity, 0, -1), "nodes that it has not"),
         (lambda grid: np.put(grid.points, 0, 1e300), "points that are no numbers"),
-        (lambda grid: np.put(grid.point_data["displacement_mm"], 0, 1e300), "displacements that are"),
-        (lambda grid: np.put(grid.point_data["displacement_mm"], 0, np.nan), "displacements that are"),
+        (lambda grid: np.put(grid.point_data["displacement_mm"], 0, 1e300), "displacements that"),
+        (lambda grid: np.put(grid.point_data["displacement_mm"], 0, np.nan), "displacements that"),
     ],
 )
 def test_numbers_that_no_body_has_are_one_line(
