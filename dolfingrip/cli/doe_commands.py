@@ -32,7 +32,11 @@ DEFAULTS = {
 
 
 def doe(asked: DoeSettings) -> None:
-    """Design of experiments: compute every design that is missing in a campaign."""
+    """Design of experiments: compute every design that is missing in a campaign.
+
+    Raises:
+        typer.Exit: with code 1, if every design failed.
+    """
     one_process("--ranks, without mpirun")
     if asked.check is not None:
         _check(asked.check)
@@ -57,6 +61,8 @@ def doe(asked: DoeSettings) -> None:
     if wanted.gradients is not None:
         _write(asked.out, [asked.out / "designs.csv"])
     screen.say(f"campaign: {asked.out}")
+    if not standing.done:
+        raise typer.Exit(1)
 
 
 def planned(asked: DoeSettings, resolved: Config) -> Plan:
