@@ -54,7 +54,11 @@ def _uncertain(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
 
         if Path(text).suffix not in (".toml", ".csv"):
             raise ConfigError(f"{flag} {text[:SHOWN]}: allowed: KEY=STD, or a measurement's TOML")
-        found |= SetupFile(Path(text)).spreads()
+        spreads = SetupFile(Path(text)).spreads()
+        if not spreads:
+            allowed = "[nuisance] or [noise] in it, as modulus = 0.1 under [nuisance]"
+            raise ConfigError(f"{flag} {text}: no standard deviation; allowed: {allowed}")
+        found |= spreads
     return found
 
 
