@@ -32,7 +32,11 @@ DEFAULTS = {
 
 
 def doe(args: DoeSettings) -> None:
-    """Design of experiments: compute every design that is missing in a campaign."""
+    """Design of experiments: compute every design that is missing in a campaign.
+
+    Raises:
+        typer.Exit: with code 1, if every design failed.
+    """
     one_process("--ranks, without mpirun")
     if args.check is not None:
         _check(args.check)
@@ -57,6 +61,8 @@ def doe(args: DoeSettings) -> None:
     if wanted.gradients is not None:
         _write(args.out, [args.out / "designs.csv"])
     screen.say(f"campaign: {args.out}")
+    if not standing.done:
+        raise typer.Exit(1)
 
 
 def planned(args: DoeSettings, resolved: Config) -> Plan:

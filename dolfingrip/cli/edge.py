@@ -8,7 +8,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, NoReturn, TextIO, cast
@@ -18,7 +18,7 @@ import typer
 from dolfingrip.cli.installation import how_to_install
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.whole import FULL, WriteError, failed, write
-from dolfingrip.jobs.interrupts import Termination, interrupt_behind
+from dolfingrip.jobs.interrupts import Termination, interrupt_behind, interrupts_answered_by
 from dolfingrip.plugins import PluginError
 from dolfingrip.sections.errors import ConfigError, MachineError, printable
 from dolfingrip.sections.private import cache_folder
@@ -143,11 +143,14 @@ def run(make: Callable[[], Any]) -> NoReturn:
     os.environ["PETSC_OPTIONS"] = options + QUIET
     termination = Termination()
     signal.signal(signal.SIGTERM, termination)
-    with unbroken_output():
+    with unbroken_output(), ExitStack() as stack:
         world, errors = _world(), sys.stderr
         if rank():  # rank 0 alone prints errors that all ranks have
             sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
         code, line, everywhere = _result(make)
+        # the command is over: a signal that comes now would only interrupt what says how it ended
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        stack.enter_context(interrupts_answered_by(signal.SIG_IGN))
         if code == INTERRUPTED and termination.came:
             code, line = TERMINATED, line.replace("interrupted", "terminated", 1)
         sys.stdout.flush()

@@ -54,7 +54,11 @@ def _uncertain(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
 
         if Path(text).suffix not in (".toml", ".csv"):
             raise ConfigError(f"{flag} {text[:SHOWN]}: allowed: KEY=STD, or a measurement's TOML")
-        spreads |= SetupFile(Path(text)).spreads()
+        stds = SetupFile(Path(text)).spreads()
+        if not stds:
+            allowed = "[nuisance] or [noise] in it, as modulus = 0.1 under [nuisance]"
+            raise ConfigError(f"{flag} {text}: no standard deviation; allowed: {allowed}")
+        spreads |= stds
     return spreads
 
 

@@ -45,11 +45,13 @@ class Ballooning(NamedTuple):
         wall_mm: its thinnest wall.
         radius_mm: radius of the balloon at rest.
         pressure_kPa: greatest pressure that it bears.
+        stretch: of its walls at that pressure.
     """
 
     wall_mm: float
     radius_mm: float
     pressure_kPa: float
+    stretch: float
 
     def sentence(self) -> str:
         """The forecast in words."""
@@ -70,12 +72,13 @@ def forecast(config: Config) -> Ballooning | None:
     Returns:
         The forecast; None where no chamber's walls are known, or the law stiffens before.
     """
-    factor = most(config.material)
+    maximum = most(config.material)
     ratio = max((cavity.pressure_ratio for cavity in config.cavity.all.values()), default=1.0)
-    if factor is None or ratio <= 0:
+    if maximum is None or ratio <= 0:
         return None
+    stretch, factor = maximum
     forecasts = [
-        Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio)
+        Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio, stretch)
         for wall, radius in _balloons(config)
     ]
     return min(forecasts, key=lambda balloon: balloon.pressure_kPa, default=None)
@@ -118,8 +121,8 @@ def note(config: Config) -> list[str]:
     return [] if limit is None or highest < NEAR * limit.pressure_kPa else [limit.sentence()]
 
 
-def most(material: Material) -> float | None:
-    """Find the first maximum (MPa) of P(λ)/λ²; None if there is none.
+def most(material: Material) -> tuple[float, float] | None:
+    """Find the first maximum of P(λ)/λ², its stretch and value (MPa); None if there is none.
 
     Args:
         material: whose law the wall has.
@@ -133,7 +136,9 @@ def most(material: Material) -> float | None:
         return None
     # where chains of a limited length end, the pressure jumps and does not turn
     before = pressure[JUMPS_FROM : falls[0] + 1]
-    return None if (before[1:] > 1.5 * before[:-1]).any() else float(pressure[falls[0]])
+    if (before[1:] > 1.5 * before[:-1]).any():
+        return None
+    return float(STRETCHES[falls[0]]), float(pressure[falls[0]])
 
 
 def thickness_mm(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:

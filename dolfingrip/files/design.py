@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
 from dolfingrip.files.result_file import Part, ResultFile
 from dolfingrip.files.text_table import TextTable
@@ -137,6 +137,13 @@ class DesignFile(ResultFile):
     differ: dict[str, tuple[float, float]] | None = Field(
         None, description="range of what differs between the best designs of several starts"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_quantity(cls, given: Any) -> Any:
+        """Files of earlier versions name the quantity in ``of`` alone, after the first word."""
+        words = str(given.get("of", "")).split() if isinstance(given, dict) else []
+        return {"quantity": words[1], **given} if len(words) > 1 else given
 
     def tables(self) -> list[TextTable]:
         """List parameters, and constraints where there are some, as tables."""

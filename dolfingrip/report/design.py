@@ -29,7 +29,7 @@ LABELS: Final = {
     "morph.xi2": "ξ₂",
     "cog_offset_mm": "COG offset (mm)",
     "mass_g": "Mass (g)",
-    CURVE_RMS: "Root mean square distance from the curve (mm)",
+    CURVE_RMS: "RMS distance from curve (mm)",
     FORCE.name: FORCE.called("Blocked force").label,
     "finger.wall_mm": "Wall thickness (mm)",
     "finger.base_layer_mm": "Base layer's thickness (mm)",

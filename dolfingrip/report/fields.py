@@ -36,6 +36,9 @@ FACE_MIDDLES: Final = (24, 25, 22, 21, 23, 20)
 Floats = npt.NDArray[np.float64]
 _MANY_COMPONENTS: Final = re.compile(rb'NumberOfComponents="(?![1-9]")[^"]{0,9}')
 
+FARTHEST_MM: Final = 1e6
+"""Distance within which all places of a body lie."""
+
 GHOST = 1
 """VTK's flag of a cell or point that another piece owns."""
 
@@ -143,9 +146,17 @@ def read_grid(file: Path) -> Any:
         grid = vtk_file.read(file)
     except xml.XmlError as error:
         raise ValueError(f"{file}: damaged: {error}") from None
-    if not grid.n_cells or not np.isfinite(grid.points).all():
+    if not grid.n_cells or not _near(grid.points):
         raise ValueError(f"{file}: damaged: no elements, or points that are no numbers")
+    nodes = np.asarray(grid.cell_connectivity)
+    if nodes.min() < 0 or nodes.max() >= grid.n_points:
+        raise ValueError(f"{file}: damaged: elements with nodes that it has not")
     return grid
+
+
+def _near(places_mm: Any) -> bool:
+    """Return whether places are numbers that a body can have."""
+    return bool((np.abs(places_mm) < FARTHEST_MM).all())
 
 
 def read_mesh(grid: Any) -> FieldMesh:
@@ -213,6 +224,8 @@ def read_steps(files: Sequence[Path]) -> tuple[FieldMesh, list[Floats], dict[str
         if grid.n_points != points:
             raise ValueError(f"{file.parent}: steps on different meshes")
         displacements.append(read_point_data(grid, MOVED.array, mesh.source))
+        if not _near(displacements[-1]):
+            raise ValueError(f"{file}: damaged: displacements that are no numbers")
         for name, field in FIELDS.items():
             if field is not MOVED and field.array in grid.point_data:
                 values = read_point_data(grid, field.array, mesh.source)

@@ -30,8 +30,8 @@ OPTIONS = {
 """Gmsh's numbers for parts."""
 
 DELAUNAY, HXT = 1.0, 10.0
-"""Gmsh's ways to fill a surface: the first is faster, but does not end between facets so close to
-one another that elements are larger than the walls ask for."""
+"""Gmsh's ways to fill a surface: the first is faster, but leaves slivers at times, and does not end
+between facets so close to one another that elements are larger than the walls ask for."""
 
 
 def triangulated(surfaces: list[int]) -> Faces:
@@ -86,12 +86,12 @@ def meshed(roles: Roles, sizes: WallSizes, wanted: MeshRequest, *, curved: bool)
 
 
 def _generate(size_mm: float, policy: SizePolicy) -> None:
-    """Mesh the current model, with smaller elements where there would be slivers.
+    """Mesh the current model; where there are slivers, by HXT, and then with smaller elements.
 
-    Where smaller ones leave the worst sliver as it is, the facets make it.
+    Where these leave the worst sliver as it is, the facets make it.
     """
     before = np.nan
-    for smaller in policy.tried:
+    for smaller in (1.0, *policy.tried):
         gmsh.model.mesh.clear()
         gmsh.option.setNumber("Mesh.MeshSizeMax", smaller * size_mm)
         gmsh.option.setNumber("Mesh.MeshSizeMin", smaller * size_mm / 3)
@@ -101,6 +101,7 @@ def _generate(size_mm: float, policy: SizePolicy) -> None:
         if worst >= policy.sliver or np.isclose(worst, before, rtol=1e-3, atol=0.0):
             return
         before = worst
+        gmsh.option.setNumber("Mesh.Algorithm3D", HXT)
 
 
 def in_frame(mesh: SolidMesh, roles: Roles) -> SolidMesh:

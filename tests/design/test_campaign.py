@@ -258,6 +258,19 @@ def test_repeated_call_computes_only_what_is_missing(
     assert len(started(log)) == 4
 
 
+@pytest.mark.usefixtures("threads")
+@pytest.mark.parametrize(("least", "code"), [(0.0, 0), (0.7, 1)])
+def test_a_campaign_without_any_result_is_no_success(
+    least: float, code: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """As of other searches: the exit code is 1 where every design failed, 0 where some did."""
+    varied = ("--parameter", f"morph.xi1={least}:0.9:2", "--parameter", "morph.xi2=0.1:0.2:2")
+    asked = ("doe", "--objective", analytic.PATH, *varied, "--out", tmp_path / "doe")
+    for _ in range(2):  # the second call computes nothing
+        assert run_command(*asked) == code
+        assert f"{4 if code else 2} failed" in capfd.readouterr().out
+
+
 def test_interrupt_is_quiet_and_resumed(tmp_path: Path) -> None:
     """Ctrl-C on a terminal reaches the workers too."""
     log, out = tmp_path / "log", tmp_path / "doe"

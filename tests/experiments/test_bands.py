@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import small
+from support.command import run_command
 
 from dolfingrip.channels import of_band
 from dolfingrip.config import Config, ConfigError, changed
@@ -143,3 +144,15 @@ def test_an_instruments_noise_comes_beside() -> None:
 def test_what_is_not_of_the_run_is_refused(told: dict[str, float], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         Bands.of(find("bending"), _config(), told)
+
+
+def test_a_file_that_tells_no_standard_deviation_is_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A key outside of its table, which would be taken and do nothing."""
+    file = tmp_path / "spread.toml"
+    file.write_text("modulus = 0.15\n", encoding="utf-8")
+    assert run_command("bend", "--bands", "--uncertain", file, "--out", tmp_path / "out") == 2
+    assert (
+        f"--uncertain {file}: no standard deviation; allowed: [nuisance]" in capfd.readouterr().err
+    )

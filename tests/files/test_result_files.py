@@ -56,6 +56,15 @@ OLD_RUN = {
 """Keys of the ``run.json`` that had no schema_version."""
 
 
+def test_the_curve_of_a_file_without_quantity_is_shown_in_mm() -> None:
+    """Files of earlier versions name what is improved in words alone."""
+    old = DESIGN.model_dump() | {"of": "minimise curve_mean_square_mm2", "objective": 9.0}
+    del old["quantity"]
+    shown = DesignFile.model_validate(old).shown
+    assert (shown.of, shown.quantity) == ("minimise curve_rms_mm", "curve_rms_mm")
+    assert shown.objective == 3.0
+
+
 @pytest.mark.parametrize("content", [RUN, DESIGN])
 def test_what_is_written_is_read(content: ResultFile, tmp_path: Path) -> None:
     file = content.write(tmp_path / "new")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -38,6 +40,12 @@ def test_the_greatest_pressure_is_that_of_the_radial_equation(
     volume = cavity_pressure.volume_density(balloon.u, balloon.model.domain.mesh) * ds
     found = greatest(balloon.model, pressure, volume, newton.settings, beyond * expected, 0.02)
     print(f"{found and found[0]} kPa, radial equation {expected:.2f} kPa at {best.x:.3f}")
+    turns = partial(greatest, balloon.model, pressure, volume, newton.settings, beyond * expected)
+    by_tangent = turns(1.0, lambda: True)  # nothing falls by the whole of its pressure
+    assert (by_tangent is not None) == (beyond > 1)
+    if by_tangent is not None and found is not None:
+        assert by_tangent[0] == pytest.approx(found[0], rel=1e-3)
+        assert turns(1.0, lambda: False) is None  # a snap
     after = balloon.model.state()
     assert after.controls == good.controls
     np.testing.assert_array_equal(after.displacement, good.displacement)

@@ -149,6 +149,23 @@ def test_two_cavities_without_slivers(tmp_path: Path) -> None:
     assert found.quality.scaled_jacobian_min > 0.05
 
 
+def test_four_round_cavities_without_slivers(tmp_path: Path) -> None:
+    """Delaunay's fill has scaled Jacobians from 5e-5 to 0.006 with each size; HXT's none."""
+    occ = gmsh.model.occ
+    with session("four cavities"):
+        tools = []
+        for x in (-20, 1):
+            for y in (-20, 1):
+                round_one = [(3, occ.addCylinder(0, 0, 4, 0, 0, 72, 20))]
+                tools += occ.intersect(round_one, [(3, occ.addBox(x, y, 4, 19, 19, 72))])[0]
+        occ.cut([(3, occ.addCylinder(0, 0, 0, 0, 0, 80, 22))], tools)
+        occ.synchronize()
+        gmsh.write(str(tmp_path / "four.step"))
+    found = adopt(tmp_path / "four.step", Asked(clamp=(0, 0, 0)), MeshRequest())
+    assert found.quality.scaled_jacobian_min > 0.05
+    assert not found.warnings
+
+
 @pytest.mark.parametrize(
     ("boxes", "drop", "said"),
     [

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from dolfingrip.report.fields import (
     read_grid,
     read_mesh,
     read_point_data,
+    read_steps,
 )
 from dolfingrip.report.skin import extract_skin
 
@@ -183,3 +186,25 @@ def test_damaged_fields_are_one_line(
         read_grid(step)
     assert "".join(capfd.readouterr()) == ""
     assert not caplog.records
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda grid: np.put(grid.cell_connectivity, 0, grid.n_points), "nodes that it has not"),
+        (lambda grid: np.put(grid.cell_connectivity, 0, -1), "nodes that it has not"),
+        (lambda grid: np.put(grid.points, 0, 1e300), "points that are no numbers"),
+        (lambda grid: np.put(grid.point_data["displacement_mm"], 0, 1e300), "displacements that"),
+        (lambda grid: np.put(grid.point_data["displacement_mm"], 0, np.nan), "displacements that"),
+    ],
+)
+def test_numbers_that_no_body_has_are_one_line(
+    damage: Callable[[Any], None], said: str, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that VTK reads, with nodes or places that mean nothing."""
+    step = list_steps(run / "fields.pvd")[-1]
+    grid = read_grid(step)
+    damage(grid)
+    monkeypatch.setattr("dolfingrip.report.fields.vtk_file.read", lambda file: grid)
+    with pytest.raises(ValueError, match=f"{step.name}: damaged: .*{said}"):
+        read_steps([step])

@@ -122,6 +122,6 @@ def test_a_curve_has_root_mean_squares_in_mm(tmp_path: Path) -> None:
     assert [each.objective for each in shown.starts] == [1.0, None]
     page = sources.build(sources.find([tmp_path]))
     assert list(page.charts[0].series[0].y) == [2.0, 1.0]
-    assert page.charts[0].y.label == "Root mean square distance from the curve (mm)"
+    assert page.charts[0].y.label == "RMS distance from curve (mm)"
     assert [each.value for each in page.numbers[:2]] == ["2 mm", "1 mm"]
     assert "mean_square" not in page.charts[0].alt

@@ -316,7 +316,10 @@ def test_the_diagnosis_begins_with_the_answer_and_what_was_measured(
     section = seen.page.locator("section.diagnosis")
     told = [section.locator(".answer").inner_text()]
     told += section.locator(".lines li").all_inner_texts()
-    assert told == [*lines(DiagnosisFile.read(file.parent / "diagnosed"))]
+    said = lines(DiagnosisFile.read(file.parent / "diagnosed"))
+    assert told == [line.replace("`", "") for line in said]  # as code
+    codes = section.locator(":is(.answer, .lines) code").all_inner_texts()
+    assert codes == [code for line in said for code in line.split("`")[1::2]]
     assert told[0].startswith("Softening at large strain (yeoh): ")
     titles = section.locator("figure h3").all_inner_texts()
     assert titles == ["bending: tip angle"]

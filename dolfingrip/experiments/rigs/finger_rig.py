@@ -60,6 +60,8 @@ class FingerRig(Rig):
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
         balloon = ballooning.forecast(config)
         self._forecast_kPa = np.inf if balloon is None else balloon.pressure_kPa
+        self._borne_kPa = 0.0  # pressure up to which a wrong forecast is not believed again
+        self._greatest_stretch = np.inf if balloon is None else balloon.stretch
         self._balloons = "the walls balloon"  # in more words once the maximum is found
         self.further: Callable[[], Mapping[str, float]] = dict
 
@@ -222,7 +224,7 @@ class FingerRig(Rig):
             return False
         folds = self._config.geometry.gaps().intervals
         near = (PAST if folds else ballooning.NEAR) * self._forecast_kPa
-        return attempted["pressure_kPa"] > near
+        return attempted["pressure_kPa"] > max(near, self._borne_kPa)
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Return whether equilibrium goes on at a falling pressure beyond this state.
@@ -238,17 +240,27 @@ class FingerRig(Rig):
             return self.foreseen(attempted)  # the volume is controlled soon, or now
         model, good, fall = finger.model, finger.model.state(), BALLOONS if self.jumps else FALL
         settings = self._config.solver, attempted["pressure_kPa"], fall
-        peak = greatest(model, finger.cavity, finger.driven, *settings)
+        peak = greatest(model, finger.cavity, finger.driven, *settings, self._stretched)
         if peak is not None and self.jumps:
             pressure_kPa, top = peak
             model.restore(top)
-            stretch = self._observation.elongation.values()[LARGEST_STRETCH.name]
+            stretch = self._largest_stretch()
             walls = f"the walls of {' and '.join(driven)} balloon"
             said = f"{walls} at {pressure_kPa:.3g} kPa, stretch {stretch:.2g}"
             self._balloons = "; ".join([said, *of_law(self._config, stretch)])
             if top.controls["pressure_kPa"] != pressure_kPa:
                 model.restore(good)
+        elif self.foreseen(attempted):  # the forecast is good to a factor of two
+            self._borne_kPa = 2 * attempted["pressure_kPa"]
         return peak is not None
+
+    def _largest_stretch(self) -> float:
+        return self._observation.elongation.values()[LARGEST_STRETCH.name]
+
+    def _stretched(self) -> bool:
+        """Return whether walls have the stretch of a balloon's maximum, where no folds may snap."""
+        folds = self._config.geometry.gaps().intervals
+        return not folds and self._largest_stretch() >= self._greatest_stretch
 
 
 BALLOONS, FALL = 0.01, 1e-4

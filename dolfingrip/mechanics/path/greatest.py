@@ -6,10 +6,11 @@ single bellow collapses among stiff ones, norms of the displacement hardly show 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from operator import itemgetter
 from typing import Final
 
+import numpy as np
 import ufl
 
 from dolfingrip.mechanics.model.model import Control, Model
@@ -32,6 +33,9 @@ ITERATIONS: Final = 10
 SHORTEST: Final = 0.1
 """Shortest step of the volume, by the longest; where one fails that is shorter, the path ends."""
 
+CUBIC: Final = 4
+"""States of the path through which a cubic goes."""
+
 
 def greatest(
     model: Model,
@@ -40,6 +44,7 @@ def greatest(
     settings: Solver,
     beyond_kPa: float,
     fall: float,
+    balloons: Callable[[], bool] = lambda: False,
 ) -> tuple[float, State] | None:
     """Inflate a model by its volume until the pressure falls; the model is left as it was.
 
@@ -50,6 +55,8 @@ def greatest(
         settings: of Newton's method.
         beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.
         fall: part of the pressure by which it must fall after a maximum.
+        balloons: whether the model's state is that of walls that balloon, and not of a fold that
+            snaps: then the path ends as soon as its tangent falls.
 
     Returns:
         The greatest pressure (kPa), and the state of the model there; None if it does not fall.
@@ -61,17 +68,29 @@ def greatest(
     }
     newton = Newton(volume_controlled(model, pressure, volume), settings.model_copy(update=few))
     start = newton.model.controls[CONTROL].value
-    states = [(pressure.value, good)]
+    states, volumes, turned = [(pressure.value, good)], [start], False
 
     def over() -> bool:
+        nonlocal turned
         states.append((pressure.value, model.state()))
-        return _falls(states, fall) or pressure.value > beyond_kPa
+        volumes.append(newton.model.controls[CONTROL].value)
+        turned = _falls(states, fall) or (_tangent_falls(volumes, states) and balloons())
+        return turned or pressure.value > beyond_kPa
 
     halves = PathPolicy(halves_first=True)
     path = LoadPath(newton, {CONTROL: LONGEST * start}, over=over, damped=False, policy=halves)
     path.advance({CONTROL: LARGEST * start})
     model.restore(good)
-    return max(states, key=itemgetter(0)) if _falls(states, fall) else None
+    return max(states, key=itemgetter(0)) if turned else None
+
+
+def _tangent_falls(volumes: Sequence[float], states: Sequence[tuple[float, State]]) -> bool:
+    """Return whether the pressure falls where the path is, by the cubic through its last states."""
+    if len(volumes) < CUBIC:
+        return False
+    ahead = np.array(volumes[-CUBIC:]) / volumes[-1] - 1
+    pressures = [pressure_kPa for pressure_kPa, _ in states[-CUBIC:]]
+    return bool(np.polyfit(ahead, pressures, CUBIC - 1)[-2] < 0)
 
 
 def _falls(states: Sequence[tuple[float, State]], fall: float) -> bool:

@@ -71,8 +71,8 @@ class LoadPath:
             whether equilibrium goes on there at a falling load. It may leave the model at the state
             of the greatest load, which is then the last good one.
         foreseen: called with the controls of a step; returns whether the load is
-            forecast to turn before them. Then a step is tried in few iterations, and ``passable``
-            is called before it is solved again in another way.
+            forecast to turn before them. Then ``passable`` is called before the step is tried,
+            without damping after it was tried in few iterations.
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
@@ -139,6 +139,11 @@ class LoadPath:
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
             reach = 1.0 if noted else self._next(done, distance)
+            if self._damped and self._turns is None and self._foreseen(at(reach)):
+                self._turns = self._passable(at(reach))
+                if self._turns:
+                    failure = self._failed(FailureKind.LIMIT_POINT, target)
+                    return Arrival(iterations, steps, failure)
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * distance
             guess, returns, noted = noted or self._predictor.guess(ahead), noted is not None, None
@@ -181,7 +186,7 @@ class LoadPath:
                 return Arrival(iterations, steps, Failure(FailureKind.TIME_LIMIT, at(done)))
             away = solve.unstable and self._runs_away(taken, good)
             self.model.restore(good)
-            if self._turns is None and self._may_turn(at(reach), taken):
+            if self._turns is None and self._may_turn(taken):
                 self._turns = self._passable(at(reach))
             if self._turns:
                 return Arrival(iterations, steps, self._failed(FailureKind.LIMIT_POINT, target))
@@ -203,10 +208,10 @@ class LoadPath:
         here = self.model.state().controls
         return Failure(kind, {name: here[name] for name in target})
 
-    def _may_turn(self, controls: Mapping[str, float], length: float) -> bool:
+    def _may_turn(self, length: float) -> bool:
         """Return whether it is worth asking if the load turns where a step has failed."""
         creeps = self._lost and length < self._policy.creeping
-        return not self._damped or creeps or self._foreseen(controls)
+        return not self._damped or creeps
 
     def _next(self, done: float, distance: float) -> float:
         """The part of a way of ``distance`` longest steps at which the next step ends."""

@@ -714,14 +714,21 @@
       context.textBaseline = "alphabetic";
       context.textAlign = "left";
       context.font = "600 13px system-ui, sans-serif";
+      const ink = context.strokeStyle;
+      context.strokeStyle = getComputedStyle(document.documentElement).getPropertyValue("--stage").trim();
+      context.lineWidth = 4;
+      context.lineJoin = "round";
       if (titles.length > 1) {
         titles.forEach((title, i) => {
           const [x, y, share] = places[i];
           lines(context, title, share * width - 24).forEach((line, n) => {
-            context.fillText(line, x * width + 12, y * height + 20 + 16 * n, share * width - 24);
+            const at = [line, x * width + 12, y * height + 20 + 16 * n, share * width - 24];
+            context.strokeText(...at);
+            context.fillText(...at);
           });
         });
       }
+      context.strokeStyle = ink;
       const now = $2("now").textContent;
       const first = [titles.length > 1 ? "" : titles[0], now].filter(Boolean).join(", ");
       context.font = "600 16px system-ui, sans-serif";
