@@ -476,16 +476,22 @@ class SyntheticSettings(ConfiguredSettings):
 class ImportSettings:
     """Turn a table as laboratories have it into the two files of the format of measured data.
 
-    It reads CSV, TSV, text and XLSX of any separator, decimal sign and encoding, and knows columns
-    by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch, Polish,
-    Russian, Chinese, Japanese and Korean. It shows what it took for what. Where two readings are
-    possible it asks, or without a terminal refuses with the line to add.
+    It reads CSV, TSV, text, XLSX and MAT files of any separator, decimal sign and encoding, and
+    knows columns by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch,
+    Polish, Russian, Chinese, Japanese and Korean. It shows what it took for what. Where two
+    readings are possible it asks, or without a terminal refuses with the line to add.
 
     Example: dolfingrip import pressure_and_angle.xlsx --out measured
     """
 
-    table: Path = argument(MISSING, "CSV, TSV, text or .xlsx.", "TABLE")
+    table: Path = argument(MISSING, "CSV, TSV, text, .xlsx or .mat.", "TABLE")
+    log: Path | None = argument(
+        None, "A second table of the same test, with a clock of its own.", "LOG"
+    )
     out: Path = _out(Path("out/import"))
+    shift: float | None = option(
+        None, "Time of the pressure's clock where the readings' shows 0.", measured_in="s"
+    )
     column: tuple[str, ...] = option(
         (),
         "Meaning of a column, e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', "
@@ -513,7 +519,9 @@ class ImportSettings:
     )
     encoding: str | None = option(None, "Encoding of the text, e.g. cp1252, gb18030, cp932.")
     decimal: Literal[".", ","] | None = option(None, "Decimal sign.")
-    sheet: str | None = option(None, "Sheet of an .xlsx; or the line above one of several tables.")
+    sheet: str | None = option(
+        None, "Sheet of an .xlsx, arrays of a .mat, or the line above one of several tables."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,13 +13,13 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, PRESSURE, TIME
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data import clock as clocks
+from dolfingrip.diagnosis.data.clock import Clock
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import body as bodies
-from dolfingrip.tracking import clock as clocks
 from dolfingrip.tracking import plane, table
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.body import Body
-from dolfingrip.tracking.clock import Clock
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.scale import calibrate
 from dolfingrip.tracking.watch import Watched
