@@ -480,16 +480,22 @@ class SyntheticSettings(ConfiguredSettings):
 class ImportSettings:
     """Turn a table as laboratories have it into the two files of the format of measured data.
 
-    It reads CSV, TSV, text and XLSX of any separator, decimal sign and encoding, and knows columns
-    by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch, Polish,
-    Russian, Chinese, Japanese and Korean. It shows what it took for what. Where two readings are
-    possible it asks, or without a terminal refuses with the line to add.
+    It reads CSV, TSV, text, XLSX and MAT files of any separator, decimal sign and encoding, and
+    knows columns by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch,
+    Polish, Russian, Chinese, Japanese and Korean. It shows what it took for what. Where two
+    readings are possible it asks, or without a terminal refuses with the line to add.
 
     Example: dolfingrip import pressure_and_angle.xlsx --out measured
     """
 
-    table: Path = argument(MISSING, "CSV, TSV, text or .xlsx.", "TABLE")
+    table: Path = argument(MISSING, "CSV, TSV, text, .xlsx or .mat.", "TABLE")
+    log: Path | None = argument(
+        None, "A second table of the same test, with a clock of its own.", "LOG"
+    )
     out: Path = _out(Path("out/import"))
+    shift: float | None = option(
+        None, "Time of the pressure's clock where the readings' shows 0.", measured_in="s"
+    )
     column: tuple[str, ...] = option(
         (),
         "Meaning of a column, e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', "
@@ -517,7 +523,9 @@ class ImportSettings:
     )
     encoding: str | None = option(None, "Encoding of the text, e.g. cp1252, gb18030, cp932.")
     decimal: Literal[".", ","] | None = option(None, "Decimal sign.")
-    sheet: str | None = option(None, "Sheet of an .xlsx; or the line above one of several tables.")
+    sheet: str | None = option(
+        None, "Sheet of an .xlsx, arrays of a .mat, or the line above one of several tables."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -525,13 +533,16 @@ class TrackSettings(ConfiguredSettings):
     """Read angles and places from a video or pictures, with errors, for ``diagnose``.
 
     Dots of one colour or tags along the finger are followed; a printed sheet behind it tells scale,
-    lens and tilt of the camera. Without files, ``--sheet`` writes that sheet. The last line is the
-    command that takes the tables.
+    lens and tilt of the camera. Without files, ``--sheet`` writes that sheet. Points that Kinovea,
+    Tracker, DeepLabCut, Motive or a C3D file has become the same tables. The last line is the
+    command that takes them.
 
     Example: dolfingrip track bend.mp4 --log pressure.csv --colour red
     """
 
-    files: tuple[Path, ...] = argument((), "A video to read, or pictures.", "VIDEO|PICTURES")
+    files: tuple[Path, ...] = argument(
+        (), "A video, pictures, or points of another program.", "VIDEO|PICTURES|POINTS"
+    )
     out: Path = _out(Path("out/track"))
     log: Path | None = option(None, "Table of pressures over time, as for `import`.", metavar="LOG")
     sheet: Literal["a4", "letter"] | None = option(None, "Write the sheet to print, to --out.")
@@ -548,13 +559,23 @@ class TrackSettings(ConfiguredSettings):
     )
     colour: str | None = option(None, "Colour of the dots: red, green, …, #rrggbb; default: found.")
     dots: int | None = option(None, "Number of dots.", least=2, most=200)
-    points: str | None = option(None, "Places of the dots in the first frame: 'X,Y X,Y …' (px).")
+    points: str | None = option(
+        None, "Places of dots in the first frame: 'X,Y X,Y …' (px); or names of points in a file."
+    )
+    unit: Literal["px", "mm", "cm", "m", "in"] | None = option(
+        None, "Unit of another program's points, where its file tells none."
+    )
+    frame_rate: float | None = option(
+        None, "Frames per second of such a file.", measured_in="Hz", above=0
+    )
     tags: Literal["4x4", "5x5", "6x6", "36h11", "25h9", "16h5"] | None = option(
         None, "Follow ArUco or AprilTag tags."
     )
     tag_side: float | None = option(None, "Side of a tag.", measured_in="mm", above=0)
     fingers: int = option(1, "Number of fingers side by side.", least=1, most=20)
-    clamp: str | None = option(None, "Where the clamp holds the back: 'X,Y' (px).")
+    clamp: str | None = option(
+        None, "Where the clamp holds the back: 'X,Y' (px), or the name of a point in a file."
+    )
     first: float | None = option(
         None, "Distance from the clamp to the first point, as a scale.", measured_in="mm", above=0
     )

@@ -20,7 +20,7 @@ from dolfingrip.files import table as tables
 from dolfingrip.files import whole
 from dolfingrip.importing.importing import read_log
 from dolfingrip.importing.told import Question, Told
-from dolfingrip.tracking import frames, show, track, watch
+from dolfingrip.tracking import foreign, frames, show, track, watch
 from dolfingrip.tracking.asked import TrackAsked, states_of
 from dolfingrip.tracking.plane import Length
 from dolfingrip.tracking.sheet import SHEETS
@@ -41,14 +41,18 @@ def track_video(args: TrackSettings) -> None:
         return
     check_writable(args.out)
     config = configuration.load(args.config, overrides=args.overrides)
-    source = frames.open_frames(args.files, args.until or math.inf)
-    log = _log(args)
-    request = _told(args, source)
-    with shown(screen, "frames", total=source.expected) as progress:
-        watched = watch.watch(source, request, args.out, progress)
+    request, log, until_s = _told(args), _log(args), args.until or math.inf
+    source: frames.FrameSource | None = None
+    if _has_points(args):
+        with screen.status(f"reading {args.files[0]}"):
+            watched, request = foreign.load(args.files[0], request, until_s)
+    else:
+        source = frames.open_frames(args.files, until_s)
+        with shown(screen, "frames", total=source.expected) as progress:
+            watched = watch.watch(source, request, args.out, progress)
     tracked = track.understand(watched, request, log, config)
     written = track.write(tracked, args.out, config, request.name)
-    if args.overlay:
+    if args.overlay and source is not None:
         with shown(screen, "frames drawn", total=source.expected) as progress:
             show.show(source, tracked, args.out, progress)
     _tell(tracked, written, args, screen)
@@ -58,7 +62,7 @@ def _tell(tracked: track.Tracked, written: list[Path], args: TrackSettings, scre
     """Print and write the summary; its last line is the command that goes on."""
     lines = [*tracked.told, *(f"doubt: {text}" for text in tracked.doubts)]
     doubtful = watch.doubtful(tracked.watched)
-    if doubtful:
+    if doubtful and not _has_points(args):
         lines.append(f"{len(doubtful)} doubtful frames; {args.out / 'doubtful'} shows the worst")
     if PRESSURE.name in tracked.control:
         files = " ".join(shlex.quote(str(file)) for file in written)
@@ -91,9 +95,29 @@ def _log(args: TrackSettings) -> Mapping[str, np.ndarray] | None:
     return {str(name): log[name].to_numpy(dtype=float) for name in log}
 
 
-def _told(args: TrackSettings, source: frames.FrameSource) -> TrackAsked:
+def _has_points(args: TrackSettings) -> bool:
+    """Say if another program has tracked the points, so that there are no pictures.
+
+    Raises:
+        ConfigError: one line, for an option that needs pictures, or for several files.
+    """
+    if not foreign.is_points(args.files[0]):
+        return False
+    for name in ("light", "tags", "colour", "dots", "states"):
+        if getattr(args, name) is not None:
+            raise ConfigError(f"--{name}: {args.files[0]} has no pictures; allowed: with a video")
+    if len(args.files) > 1:
+        raise ConfigError(f"{len(args.files)} files; allowed: one file of points")
+    return True
+
+
+def _told(args: TrackSettings) -> TrackAsked:
     """Turn the texts of options into numbers."""
-    points = None if args.points is None else _points(args.points, "--points")
+    labelled, is_place = _has_points(args), re.fullmatch(f"{NUMBER},{NUMBER}", args.clamp or "")
+    points = None if args.points is None or labelled else _points(args.points, "--points")
+    clamp = None
+    if args.clamp is not None and (is_place or not labelled):
+        clamp = _points(args.clamp, "--clamp")[0]
     scales = []
     for text in args.scale:
         match = re.fullmatch(rf"{NUMBER},{NUMBER} {NUMBER},{NUMBER}={NUMBER}mm\s*", text)
@@ -117,7 +141,9 @@ def _told(args: TrackSettings, source: frames.FrameSource) -> TrackAsked:
     return TrackAsked(
         colour=args.colour, count=args.dots, points_px=points, tags=args.tags,
         tag_mm=args.tag_side, fingers=args.fingers, scales=scales,
-        clamp_px=None if args.clamp is None else _points(args.clamp, "--clamp")[0],
+        clamp_px=clamp, clamp_label=args.clamp if clamp is None else None, unit=args.unit,
+        labels=[label.strip() for label in (args.points or "").split(",") if labelled and label],
+        frame_rate=args.frame_rate,
         first_mm=args.first, in_front_mm=args.in_front, side=args.side,
         light_px=None if args.light is None else _points(args.light, "--light")[0],
         knock=args.knock, shift_s=args.shift, states=states, name=args.files[0].stem

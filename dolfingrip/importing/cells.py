@@ -14,6 +14,7 @@ from typing import IO, Any, Final, Literal
 
 from dolfingrip.config import ConfigError
 from dolfingrip.files import package, xml
+from dolfingrip.importing import arrays
 from dolfingrip.importing.told import ORDERS, Question, Told, line
 
 Row = tuple[int, list[str]]
@@ -234,7 +235,7 @@ def readings(file: Path, settings: Told) -> Iterator[Cells]:
     """Read a file in each encoding and separator in which it is a table.
 
     Args:
-        file: CSV, TSV, text or XLSX.
+        file: CSV, TSV, text, XLSX or MAT.
         settings: encoding, sheet and decimal sign, where they are told.
 
     Yields:
@@ -254,7 +255,10 @@ def readings(file: Path, settings: Told) -> Iterator[Cells]:
     if (other := named_by_beginning(data)) is not None:
         raise ConfigError(f"{file}: {other}")
     has_table = False
-    if data.startswith(b"PK\x03\x04"):
+    if file.suffix.lower() == ".mat" or data.startswith((b"MATLAB", b"\x89HDF")):
+        has_table = True
+        yield _chosen(_of_arrays(file), settings)
+    elif data.startswith(b"PK\x03\x04"):
         if tables := _sheets(file, settings):
             has_table = True
             yield _chosen(tables, settings)
@@ -273,6 +277,17 @@ def readings(file: Path, settings: Told) -> Iterator[Cells]:
             "their units in the header, separated by commas, semicolons, tabs, bars or spaces, or "
             "a sheet of an .xlsx file"
         )
+
+
+def _of_arrays(file: Path) -> dict[str, Cells]:
+    """Tables of a MAT file, by the names of their arrays."""
+    by_name = {}
+    for name, columns in arrays.tables(file).items():
+        texts = [["" if value != value else repr(float(value)) for value in row]
+                 for row in zip(*columns.values(), strict=True)]  # fmt: skip
+        rows = [(i + 1, row) for i, row in enumerate(texts)]
+        by_name[name] = Cells([*columns], rows, [], ".", f"arrays {name}, decimal point")
+    return by_name
 
 
 def _sheets(file: Path, settings: Told) -> dict[str, Cells]:

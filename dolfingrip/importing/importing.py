@@ -15,6 +15,7 @@ import tomlkit
 from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO, cavity_of_supply
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table as measured
+from dolfingrip.diagnosis.data.clock import Clock, by_motion
 from dolfingrip.diagnosis.data.lab_setup import SetupFile
 from dolfingrip.diagnosis.data.table import (
     CONTROL,
@@ -43,7 +44,7 @@ from dolfingrip.importing.header import (
     recognise,
     told_columns,
 )
-from dolfingrip.importing.told import ORDERS, Question, Told, column_line, line
+from dolfingrip.importing.told import ORDERS, Question, Told, column_line, line, sides
 from dolfingrip.sections import tables
 
 CLOCK: Final = "time of day"
@@ -233,10 +234,24 @@ def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
 
 
 def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
+    log = None
+    if settings.log is not None:
+        log_cells = next(iter(reading.readings(settings.log, replace(settings, sheet=None))))
+        of_log = tuple(
+            text for text in settings.column
+            if any(name in sides(text)[0] for name in {*log_cells.header} - {*cells.header})
+        )  # fmt: skip
+        log = _named(settings.log, log_cells, replace(settings, column=of_log))
+        of_first = tuple(text for text in settings.column if text not in of_log)
+        settings = replace(settings, column=of_first)
     imported = _named(file, cells, settings)
+    imported.questions += [] if log is None else log.questions
     if imported.questions:
         return imported
     _convert(imported)
+    if log is not None:
+        _convert(log)
+        _join(imported, log, settings.shift)
     experiment = _experiment(imported, settings)
     if experiment is None:
         return imported
@@ -253,6 +268,54 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     if not imported.questions:
         _arrange(imported, experiment)
     return imported
+
+
+def _join(imported: ImportedTable, log: ImportedTable, shift_s: float | None) -> None:
+    """Bring two tables with two clocks together, in the rows of that which has the readings."""
+    both = (imported, log)
+    controls = (*BLOWN, "displacement_mm")
+    controlled = [part for part in both if {*part.table} & {*controls}]
+    readings = log if controlled[:1] == [imported] else imported
+    motion = next((name for name in (*BENDING, "force_N") if name in readings.table), "")
+    if len(controlled) != 1 or not motion or any(TIME.name not in part.table for part in both):
+        has = "; ".join(f"{part.file}: {', '.join(part.table)}" for part in both)
+        raise ConfigError(
+            f"{has}; allowed: a time in each, a pressure or travel in one, and angle, place of "
+            "the tip or force in the other"
+        )
+    control = next(name for name in controls if name in controlled[0].table)
+    numbers = controlled[0].table.select_dtypes("number").dropna(subset=[TIME.name, control])
+    rows = readings.table.dropna(subset=[TIME.name])
+    log_s, time_s = numbers[TIME.name].to_numpy(), rows[TIME.name].to_numpy()
+    for part, values in ((controlled[0], log_s), (readings, time_s)):
+        if len(values) < 2 or (np.diff(values) < 0).any():
+            raise ConfigError(f"{part.file}: allowed: at least 2 rows, in the order of time")
+    if shift_s is not None:
+        steps = [float(np.median(np.diff(values))) for values in (log_s, time_s)]
+        clock = Clock(shift_s, 1.0, max(steps) / math.sqrt(12), "what was told")
+    else:
+        values = numbers[control].to_numpy()
+        clock = by_motion(log_s, values, time_s, rows[motion].to_numpy(dtype=float))
+    at = clock.of(time_s)
+    inside = (at >= log_s[0]) & (at <= log_s[-1])
+    if inside.sum() < 2:
+        raise ConfigError(
+            f"--shift {clock.shift_s:g} s: {inside.sum()} rows of {readings.file} are within "
+            f"{controlled[0].file}; allowed: at least 2"
+        )
+    more = {
+        name: np.interp(at, log_s, numbers[name]) for name in numbers if name not in rows.columns
+    }
+    imported.table = rows.assign(**more)[inside].reset_index(drop=True)
+    imported.taken |= {name: column for name, column in log.taken.items() if column}
+    header = dict.fromkeys([*imported.cells.header, *log.cells.header])
+    imported.cells = replace(imported.cells, header=[*header])
+    drift = f", {1e6 * (clock.rate - 1):.0f} ppm of drift" if clock.rate != 1 else ""
+    imported.notes.append(
+        f"{controlled[0].file.name} is at {clock.shift_s:.3f} ± {clock.std_s:.3f} s where "
+        f"{readings.file.name} is at 0 s, by {clock.by}{drift}; {(~inside).sum()} rows outside it "
+        f"are left out{f'; doubt: {clock.doubt}' if clock.doubt else ''}"
+    )
 
 
 def _about(entry: Recognised) -> Question:

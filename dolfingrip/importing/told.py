@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any, Final, get_args, get_type_hints
 
 ORDERS: Final = ("dmy", "mdy")
@@ -31,6 +32,8 @@ class Told:
         encoding: of a text file.
         decimal: the decimal sign.
         sheet: name of a sheet.
+        log: a second table of the same test, whose clock is another one.
+        shift: time of the pressure's clock where that of the readings shows 0 (s).
     """
 
     column: tuple[str, ...] = ()
@@ -44,6 +47,8 @@ class Told:
     encoding: str | None = None
     decimal: str | None = None
     sheet: str | None = None
+    log: Path | None = None
+    shift: float | None = None
 
     def with_line(self, text: str) -> Told:
         """These settings and one line of a command, such as ``--column "p=pressure_bar"``."""

@@ -30,6 +30,10 @@ class TrackAsked:
         knock: whether a knock shows in both.
         shift_s: time of the log at the first frame.
         states: by a picture's name; see :func:`states_of`.
+        labels: names of another program's points that are a finger's; none: all.
+        clamp_label: the point of them that is where the clamp holds the back.
+        unit: of them, ``px`` or a length.
+        frame_rate: of them (Hz).
         name: of the table, of a single finger.
     """
 
@@ -48,6 +52,10 @@ class TrackAsked:
     knock: bool = False
     shift_s: float | None = None
     states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    labels: Sequence[str] = ()
+    clamp_label: str | None = None
+    unit: str | None = None
+    frame_rate: float | None = None
     name: str = "track"
 
 

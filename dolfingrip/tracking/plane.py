@@ -44,6 +44,7 @@ class CameraPolicy:
         tilt_deg: of the camera against the plane, where no sheet tells it.
         plane_deg: of the plane of bending against the sheet.
         corner_px: of a corner of the sheet, at least.
+        capture: of the logarithm of a motion capture's scale, which a wand of 0.1 % sets.
         least_corners: fewer corners are no sheet.
     """
 
@@ -55,6 +56,7 @@ class CameraPolicy:
     tilt_deg: float = 6.0
     plane_deg: float = 0.5
     corner_px: float = 0.06
+    capture: float = 0.001
     least_corners: int = 8
 
 
@@ -299,6 +301,19 @@ def of_lengths(
 
     fit = _fit(misfit, mean.copy(), mean, std)
     return Calibration(size_px, fit.x, _covariance(fit), std, by)
+
+
+def of_space(size_px: tuple[int, int]) -> Calibration:
+    """A camera for places that a motion capture has measured, of which 1 px is 1 mm.
+
+    Args:
+        size_px: width and height of the part of the plane of bending that has points (mm).
+    """
+    mean, std = _prior(size_px, (0.0, 0.0))
+    mean[10] = mean[F]
+    errors = np.full(len(mean), 1e-6)
+    errors[10] = POLICY.capture
+    return Calibration(size_px, mean, np.diag(errors**2), std, "motion capture")
 
 
 def _fit(misfit: Any, begin: Floats, mean: Floats, std: Floats) -> Any:

@@ -28,6 +28,7 @@ class TrackedPoints:
         seen: (frames, points) share of each that is seen.
         corners_px: (frames, points, 4, 2) of tags; None of dots.
         radius_px: of dots, whose middle is uncertain where a part is hidden; 0: of tags.
+        unit: ``mm`` where another program has turned pixels into it.
     """
 
     names: list[str]
@@ -36,6 +37,7 @@ class TrackedPoints:
     seen: np.ndarray
     corners_px: np.ndarray | None = None
     radius_px: float = 0.0
+    unit: str = "px"
 
     def part(self, points: np.ndarray) -> TrackedPoints:
         """Some of the points, in an order of their own.

@@ -42,7 +42,11 @@ def calibrate(watched: Watched, request: TrackAsked, width_mm: float) -> Calibra
                 f"the camera moved: the sheet's corners by {moved:.1f} px; put it on a stand"
             )
         return calibration
-    lengths, by = list(request.scales), "two points"
+    if watched.in_space:
+        return plane.of_space(size)
+    lengths, by = list(request.scales or watched.lengths), "two points"
+    if not request.scales and watched.lengths:
+        by = "the file's own"
     front = request.in_front_mm or 0.0
     corners = watched.points.corners_px
     if not lengths and corners is not None and request.tag_mm is not None:

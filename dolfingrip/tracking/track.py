@@ -13,13 +13,13 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, PRESSURE, TIME
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data import clock as clocks
+from dolfingrip.diagnosis.data.clock import Clock
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import body as bodies
-from dolfingrip.tracking import clock as clocks
 from dolfingrip.tracking import plane, table
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.body import Body
-from dolfingrip.tracking.clock import Clock
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.scale import calibrate
 from dolfingrip.tracking.watch import Watched
@@ -129,10 +129,11 @@ def _sentences(
     scale, spread = camera.scale(middle)
     front = float(np.sqrt(camera.covariance[plane.FRONT, plane.FRONT]))
     sentences = [
-        f"scale by {camera.by}: {scale:.4f} mm/px ± {100 * spread:.2f} % at the points, "
-        f"{camera.mean[plane.FRONT]:.1f} ± {front:.1f} mm in front of it"
+        f"scale by {camera.by}: {scale:.4f} mm/{points.unit} ± {100 * spread:.2f} % at the points, "
+        f"{camera.mean[plane.FRONT]:.1f} ± {front:.1f} mm in front of it",
+        *watched.notes,
     ]
-    doubts = [*camera.doubts]
+    doubts = [*camera.doubts, *watched.doubts]
     if camera.has_sheet:
         k1 = f"{camera.mean[plane.K1]:.3f}" if camera.determined(plane.K1) else "not determined"
         focal = (
@@ -149,7 +150,7 @@ def _sentences(
         noise = np.mean(points.part(numbers).noise_px())
         sentences.append(
             f"finger {i}: {len(numbers)} points, bends to the {finger.bends}; noise "
-            f"{noise:.2f} px; {lost.sum()} of {lost.size} entries lost"
+            f"{noise:.2f} {points.unit}; {lost.sum()} of {lost.size} entries lost"
         )
         if lost.mean() > 0.2:
             doubts.append(f"finger {i}: {100 * lost.mean():.0f} % of its entries are lost")

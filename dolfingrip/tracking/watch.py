@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -14,6 +14,7 @@ from dolfingrip.tracking import body, dots, order, overlay
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.follow import Follower
 from dolfingrip.tracking.frames import Frame, FrameSource, Image
+from dolfingrip.tracking.plane import Length
 from dolfingrip.tracking.points import TrackedPoints
 from dolfingrip.tracking.sheet import SHEETS, PrintedSheet
 from dolfingrip.tracking.tags import Tags
@@ -36,16 +37,22 @@ class Watched:
         fingers: numbers of the points along each finger, from the clamp.
         corners: places on the sheet and in the picture (px) in frames that show the sheet.
         light: (frames,) brightness.
-        first: the first frame.
         size_px: width and height.
+        lengths: by which another program has calibrated them.
+        in_space: whether a motion capture has measured them.
+        notes: sentences on the points.
+        doubts: sentences on what may be wrong with them.
     """
 
     points: TrackedPoints
     fingers: list[np.ndarray]
     corners: list[tuple[np.ndarray, np.ndarray]]
     light: np.ndarray
-    first: Image
     size_px: tuple[int, int]
+    lengths: Sequence[Length] = ()
+    in_space: bool = False
+    notes: Sequence[str] = ()
+    doubts: Sequence[str] = ()
 
 
 def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Watched:
@@ -105,7 +112,6 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
         fingers,
         corners,
         np.array(light),
-        first.image,
         (first.image.shape[1], first.image.shape[0]),
     )
 

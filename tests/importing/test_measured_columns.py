@@ -162,8 +162,8 @@ def test_a_table_of_three_supplies_is_told_how_to_name_them(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("beginning", "said"),
     [
-        (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "a MAT file of MATLAB"),
-        (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+        (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "not readable as a MAT or HDF5 file"),
+        (b"\x89HDF\r\n\x1a\n", "not readable as a MAT or HDF5 file"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of Excel 97 to 2003"),
     ],
 )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from dolfingrip.diagnosis.data import clock
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import clock
 
 LOG_S = np.arange(0.0, 40.0, 0.1)
 

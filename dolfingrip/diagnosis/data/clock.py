@@ -1,4 +1,4 @@
-"""One clock: the time of a log at each frame of a video.
+"""One clock: the time of a log at each frame of a video, or row of another log.
 
 A shift that is found by the motion contains the finger's own lag, so its error is as wide as such
 lags are; a light or a knock that both show makes it narrow.
@@ -84,9 +84,9 @@ def by_motion(log_s: Floats, control: Floats, time_s: Floats, motion: Floats) ->
     time_s, motion = time_s[there], motion[there]
     if len(time_s) < 10 or np.ptp(motion) == 0 or np.ptp(control) == 0:
         raise ConfigError(
-            f"log: {len(time_s)} frames show the finger, and the pressure "
-            f"changes by {np.ptp(control):.3g} kPa; allowed: a video and a log in "
-            "which the finger moves, or --shift SECONDS"
+            f"log: {len(time_s)} frames or rows show the finger, and the pressure "
+            f"{'changes' if np.ptp(control) else 'does not change'}; allowed: records in which "
+            "the finger moves, or --shift SECONDS"
         )
     shift, left, doubt = _best(log_s, control, time_s, motion)
     if 1 - left < POLICY.least_share:
