@@ -25,11 +25,11 @@ def remarks(result: Readings) -> list[str]:
     if supply is None or supply.source == "syringe":
         return []
     names = (TIME.name, PRESSURE.name, CAVITY_PRESSURE.name)
-    time_s, asked, inside = (result.column(name) for name in names)
-    highest = float(asked.max(initial=0.0))
+    time_s, prescribed, inside = (result.column(name) for name in names)
+    highest = float(prescribed.max(initial=0.0))
     if highest <= 0:
         return []
-    start_s, wanted = float(time_s[asked.argmax()]), REACHED * highest
+    start_s, wanted = float(time_s[prescribed.argmax()]), REACHED * highest
     said = f"{100 * REACHED:g} % of the {highest:g} kPa"
     late = np.flatnonzero(inside >= wanted)
     if not late.size:

@@ -47,8 +47,8 @@ def line_of(supply: AirLine) -> Line:
         exhaust = replace(exhaust, critical=supply.exhaust_b)
     pump = None
     if supply.source == "pump":
-        pressures = [each * KPA + ambient for each in supply.pump_kPa]
-        pump = Pump(pressures, [MM3_PER_S * each for each in supply.pump_l_per_min])
+        pressures = [kPa * KPA + ambient for kPa in supply.pump_kPa]
+        pump = Pump(pressures, [MM3_PER_S * flow for flow in supply.pump_l_per_min])
     tank = supply.source == "tank"
     return Line(
         valve,
@@ -106,5 +106,5 @@ def of_supply(model: Model, supply: AirSupply) -> list[Reading]:
         lambda: MG_PER_MM3 * supply.held_mm3(),
         supply.balance_error,
     )
-    each = zip(AIR_SUPPLY, numbers, strict=True)
-    return [OfSupply(model, channel.name, number) for channel, number in each]
+    pairs = zip(AIR_SUPPLY, numbers, strict=True)
+    return [OfSupply(model, channel.name, number) for channel, number in pairs]

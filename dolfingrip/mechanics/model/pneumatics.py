@@ -233,8 +233,8 @@ class Air:
 
         The arguments are those of :meth:`ends`.
         """
-        found = self.ends(cavity, prescribed, step_s).invariants[CAVITY]
-        return float(found / cavity ** (1 / self.line.exponent)) - self.dead_mm3
+        invariant = self.ends(cavity, prescribed, step_s).invariants[CAVITY]
+        return float(invariant / cavity ** (1 / self.line.exponent)) - self.dead_mm3
 
     def slope(
         self, cavity: float, prescribed: float, step_s: float, volume_mm3: float, give: float
@@ -300,7 +300,7 @@ class Air:
 
     def values(self) -> dict[str, np.ndarray]:
         """Return a copy of the state of the air, by name."""
-        now = {f"air {name}": np.array(each) for name, each in self.now._asdict().items()}
+        now = {f"air {name}": np.array(value) for name, value in self.now._asdict().items()}
         means = {"air mean flows": self.mean[0], "air mean rates": self.mean[1]}
         return {**now, **means, "air step_s": np.array(self._before_s)}
 
@@ -352,7 +352,7 @@ class Air:
             warm: temperatures of these and of the air around, by the reference, (4,).
         """
         line = self.line
-        source, tube, cavity = (float(each) for each in pressures)
+        source, tube, cavity = map(float, pressures)
         leak = line.leak.flow(cavity, line.ambient, (warm[CAVITY], 1.0)) if line.leak else 0.0
         if self.syringe:
             return np.array([0.0, 0.0, 0.0, leak])
@@ -393,11 +393,11 @@ class _Step:
 
     def net(self, flows: np.ndarray) -> tuple[np.ndarray, float]:
         """The gain of source, tube and cavity by some flows, and the part of it from outside."""
-        found = np.zeros(4)
+        gain = np.zeros(4)
         for (one, other), flow in zip(self.air.ways, flows, strict=True):
-            found[one] -= flow
-            found[other] += flow
-        return found[:OUTSIDE], -float(found[OUTSIDE])
+            gain[one] -= flow
+            gain[other] += flow
+        return gain[:OUTSIDE], -float(gain[OUTSIDE])
 
     def ends(self, pressures: np.ndarray) -> Ends:
         """The air at the step's end with these pressures of source, tube and cavity.

@@ -129,7 +129,8 @@ class AirSupply(VolumeControl):
         half = self.unknown.value / 2
         places, weights = np.polynomial.legendre.leggauss(POINTS)
         volumes = [
-            self.air.volume_mm3(self._absolute(half * (1 + each)), *self._asked) for each in places
+            self.air.volume_mm3(self._absolute(half * (1 + place)), *self._asked)
+            for place in places
         ]
         return float(half * weights @ volumes) / self._copies
 
