@@ -188,6 +188,7 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
     imported = _named(file, next(iter(reading.readings(file, settings))), settings)
     if not imported.questions:
         _convert(imported)
+        _by_frames(imported, settings)
         names = [TIME.name, *(name for name in BLOWN if name in imported.table)]
         if len(names) < 2 or TIME.name not in imported.table:
             has = ", ".join(imported.table) or "no column that is known"
@@ -251,7 +252,7 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     _convert(imported)
     if log is not None:
         _convert(log)
-        _join(imported, log, settings.shift)
+        _join(imported, log, settings)
     experiment = _experiment(imported, settings)
     if experiment is None:
         return imported
@@ -270,9 +271,11 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     return imported
 
 
-def _join(imported: ImportedTable, log: ImportedTable, shift_s: float | None) -> None:
+def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     """Bring two tables with two clocks together, in the rows of that which has the readings."""
     both = (imported, log)
+    for part in both:
+        _by_frames(part, settings)
     controls = (*BLOWN, "displacement_mm")
     controlled = [part for part in both if {*part.table} & {*controls}]
     readings = log if controlled[:1] == [imported] else imported
@@ -290,9 +293,9 @@ def _join(imported: ImportedTable, log: ImportedTable, shift_s: float | None) ->
     for part, values in ((controlled[0], log_s), (readings, time_s)):
         if len(values) < 2 or (np.diff(values) < 0).any():
             raise ConfigError(f"{part.file}: allowed: at least 2 rows, in the order of time")
-    if shift_s is not None:
+    if settings.shift is not None:
         steps = [float(np.median(np.diff(values))) for values in (log_s, time_s)]
-        clock = Clock(shift_s, 1.0, max(steps) / math.sqrt(12), "what was told")
+        clock = Clock(settings.shift, 1.0, max(steps) / math.sqrt(12), "what was told")
     else:
         values = numbers[control].to_numpy()
         clock = by_motion(log_s, values, time_s, rows[motion].to_numpy(dtype=float))
@@ -519,17 +522,22 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
         _times(imported, settings, "rate_kPa_per_s")
 
 
+def _by_frames(imported: ImportedTable, settings: Told) -> None:
+    """Times by the numbers of frames, where there are no others."""
+    table, rate_hz = imported.table, settings.frame_rate
+    if rate_hz is not None and "frame" in table and TIME.name not in table:
+        table[TIME.name] = (table["frame"] - table["frame"].iloc[0]) / rate_hz
+        imported.notes.append(f"time_s is the frame's number by {rate_hz:g} Hz")
+
+
 def _times(imported: ImportedTable, settings: Told, rate: str) -> None:
     """Times by time stamps, frames or the rate."""
     if settings.rate is not None:
         imported.setup[rate] = settings.rate
+    _by_frames(imported, settings)
     if TIME.name in imported.table:
         return
-    if "frame" in imported.table and settings.frame_rate is not None:
-        frames = imported.table["frame"]
-        imported.table[TIME.name] = (frames - frames.iloc[0]) / settings.frame_rate
-        imported.notes.append(f"time_s is the frame's number by {settings.frame_rate:g} Hz")
-    elif rate in imported.setup:
+    if rate in imported.setup:
         imported.notes.append(f"times follow from {rate} = {imported.setup[rate]:g}")
     elif "frame" in imported.table:
         lines = [line("frame_rate"), line("rate")]
