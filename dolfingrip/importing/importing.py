@@ -230,7 +230,8 @@ def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
         if entry.why and entry.header not in fixed
         and (entry.why not in (UNNAMED, DOUBTFUL) or {name for _, name in entry.offered} - there)
     ]  # fmt: skip
-    _one_each(imported)
+    if not settings.side_by_side:
+        _one_each(imported)
     return imported
 
 
@@ -249,7 +250,10 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     imported.questions += [] if log is None else log.questions
     if imported.questions:
         return imported
-    _convert(imported)
+    if settings.side_by_side:
+        _beside(imported)
+    else:
+        _convert(imported)
     if log is not None:
         _convert(log)
         _join(imported, log, settings)
@@ -363,6 +367,8 @@ def _one_each(imported: ImportedTable) -> None:
             lines = [column_line(header, target) for header in headers]
             if target == "pressure_kPa":  # of an arm with a supply for each of its chambers
                 lines += [column_line(headers[0], "cavity_1_supply_kPa")]
+            if target in {name for names in READINGS.values() for name in names}:
+                lines += ["--side-by-side"]
             names = " and ".join(headers)
             verb = "both are" if len(headers) == 2 else "each is"
             imported.questions.append(Question(f"{names}: {verb} {target}: which?", lines))
@@ -392,6 +398,37 @@ def _convert(imported: ImportedTable) -> None:
     imported.table = pd.DataFrame(columns)
     if TIME.name in columns:
         _since_first(imported)
+
+
+def _beside(imported: ImportedTable) -> None:
+    """Put the specimens below one another whose columns stand side by side, or in turn.
+
+    A quantity of a single column is that of all of them.
+    """
+    columns: dict[str, list[str]] = {}
+    for header, taken in imported.taken.items():
+        if taken:
+            columns.setdefault(taken.target, []).append(header)
+    count = max(map(len, columns.values()), default=1)
+    several = [headers for headers in columns.values() if len(headers) > 1]
+    if count < 2 or any(len(headers) != count for headers in several):
+        numbers = ", ".join(f"{len(headers)} of {name}" for name, headers in columns.items())
+        raise ConfigError(
+            f"{imported.file}: --side-by-side: columns: {numbers}; allowed: as many of each "
+            "quantity as specimens, at least 2, or one that all have in common"
+        )
+    parts = []
+    for i in range(count):
+        others = {header for headers in several for header in headers} - {h[i] for h in several}
+        part = replace(imported, taken=imported.taken | dict.fromkeys(others))
+        _convert(part)
+        names = [headers[i] for headers in several]
+        there = [name for name in part.table if len(columns[name]) > 1]
+        rows = part.table.dropna(subset=there, how="all")
+        before = rows.get("specimen", pd.Series("", index=rows.index))
+        parts.append(rows.assign(specimen=(before + f" {i + 1}").str.strip()))
+        imported.notes.append(f"specimen {i + 1} is {', '.join(names)}")
+    imported.table = pd.concat(parts, ignore_index=True)
 
 
 def _since_first(imported: ImportedTable) -> None:
