@@ -518,6 +518,7 @@ class ImportSettings:
     frame_rate: float | None = option(
         None, "Pictures per second, where a column counts frames.", measured_in="Hz", above=0
     )
+    side_by_side: bool = option(False, "Columns of one quantity are those of several specimens.")
     rate: float | None = option(
         None, "Rate of ramps; of a coupon mm/s.", measured_in="kPa/s", above=0
     )

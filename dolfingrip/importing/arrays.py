@@ -36,8 +36,8 @@ def tables(file: Path) -> dict[str, dict[str, np.ndarray]]:
             elif array.ndim == 2 and len(array) > 1:
                 columns = {f"{name} column {i + 1}": column for i, column in enumerate(array.T)}
                 alike[path, len(array)] = columns
-    except ImportError as error:
-        raise ConfigError(f"{file}: no {error.name} to read it: pip install it") from None
+    except ImportError:  # the command's edge says what to install
+        raise
     except Exception as error:  # any error of the readers on a broken file
         raise ConfigError(
             f"{file}: not readable as a MAT or HDF5 file ({error}); allowed: a whole one, or a CSV"

@@ -69,10 +69,12 @@ _CLOCK: Final = re.compile(
 )
 _UNIX: Final = re.compile(r"1\d{9}(?P<more>(?:\d{3}){0,3})(?:[.,]\d+)?")
 _NAMED: Final = re.compile(
-    r"\"?([^\W\d][\w ./]*?)\"?\s*[:=]\s*([+\-−]?\d+(?:[.,]\d+)?(?:[eE][+\-]?\d+)?)(?![\d:])"
+    r"\"?([^\W\d][\w ./%°()\[\]]*?)\"?\s*[:=]\s*([+\-−]?\d+(?:[.,]\d+)?(?:[eE][+\-]?\d+)?)(?![\d:])"
     r"(?: ?([^\W\d:=][^\s;:=,]*|[%°‰])(?=[\s;,}]|$))?"
 )
 """A name, a number and its unit."""
+_ALONE: Final = re.compile(r"\s*[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?\s*")
+"""A line of one number, whose decimal comma would be that of two columns."""
 _PAIR: Final = re.compile(r"(\d+):([0-5]\d)")
 _TORN: Final = re.compile(r"\d[;\t|]|[;\t|]\d|\d,\s*\d+[;\t| ]")
 _ALIKE: Final = str.maketrans("456789", "111111")
@@ -295,12 +297,19 @@ def _sheets(file: Path, settings: Told) -> dict[str, Cells]:
     by_name: dict[str, Cells] = {}
     for sheet in _workbook(file).worksheets:
         values = [list(row) for row in sheet.iter_rows()]
+        twice = []  # rows of which all cells are merged with those above
+        for number, row in enumerate(values):
+            filled = [cell for cell in row if cell.value is not None or _is_below(cell, sheet)]
+            if filled and all(_is_below(cell, sheet) for cell in filled):
+                twice.append(number)
         for area in sheet.merged_cells.ranges:
             if area.max_col - area.min_col + 1 < sheet.max_column:  # no title
                 for row in values[area.min_row - 1 : area.max_row]:
                     of_all = values[area.min_row - 1][area.min_col - 1]
                     row[area.min_col - 1 : area.max_col] = [of_all] * area.size["columns"]
-        data = [row for row in values if _is_data([_text(cell, ".") for cell in row])]
+        for number in twice:
+            values[number] = []
+        data = [row for row in values if row and _is_data([_text(cell, ".") for cell in row])]
         texts = (cell.value for row in data for cell in row if isinstance(cell.value, str))
         decimal = _sign(texts, "", settings)
         rows = [(i + 1, [_text(cell, decimal) for cell in row]) for i, row in enumerate(values)]
@@ -308,6 +317,13 @@ def _sheets(file: Path, settings: Told) -> dict[str, Cells]:
             name = f"{sheet.title} {more}".strip()
             by_name[name] = replace(part, how=f"sheet {name}, decimal {_SIGNS[decimal]}")
     return by_name
+
+
+def _is_below(cell: Any, sheet: Any) -> bool:
+    """Say if a cell is merged with one in a row above it."""
+    return any(
+        area.min_row < cell.row and cell.coordinate in area for area in sheet.merged_cells.ranges
+    )
 
 
 MOST_CELLS: Final = 20_000_000
@@ -499,11 +515,18 @@ def _of_text(text: str, encoding: str, settings: Told) -> Cells | None:
 
 def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
     """Lines with tabs of a log that has names in each, as in ``P: 12.3 kPa, A: 45.2 deg``."""
+    if len(lines) > 2 and all(_ALONE.fullmatch(text) for _, text in lines[1:]):
+        head = [] if _ALONE.fullmatch(lines[0][1]) else [lines[0][1].strip()]
+        name, numbers = (head or ["value"])[0], lines[len(head) :]
+        return _one_a_line([(number, name, text.strip()) for number, text in numbers])
     if not lines or not set(":=") & set(lines[-1][1]):
         return lines
     parsed = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
     names = Counter(tuple(match[1].strip() for match in parts) for _, _, parts in parsed)
     usual, count = names.most_common(1)[0]
+    if len(usual) == 1 and sum(count for name, count in names.items() if name) == len(lines):
+        return _one_a_line([(n, parts[0][1], f"{parts[0][2]} {parts[0][3] or ''}")
+                            for n, _, parts in parsed])  # fmt: skip
     if len(usual) < 2 or 2 * count < len(lines):
         return lines
     rows = [
@@ -514,6 +537,24 @@ def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
     ]  # fmt: skip
     header = ["time" if all(is_clock(cells[0]) for _, cells in rows) else "", *usual]
     return [(number, "\t".join(cells)) for number, cells in [(rows[0][0] - 1, header), *rows]]
+
+
+def _one_a_line(entries: list[tuple[int, str, str]]) -> list[tuple[int, str]]:
+    """Lines with tabs of a log with one number a line; a name that comes back begins a row.
+
+    A log of a single name is a column beside the number of its row.
+    """
+    names = list(dict.fromkeys(name.strip() for _, name, _ in entries))
+    rows: list[tuple[int, dict[str, str]]] = []
+    for number, name, value in entries:
+        if not rows or name.strip() in rows[-1][1]:
+            rows.append((number, {}))
+        rows[-1][1][name.strip()] = value
+    if len(names) == 1:
+        rows = [(number, {"frame": f"{i}", **row}) for i, (number, row) in enumerate(rows)]
+        names = ["frame", *names]
+    texts = [(number, [row.get(name, "") for name in names]) for number, row in rows]
+    return [(n, "\t".join(cells)) for n, cells in [(rows[0][0] - 1, names), *texts]]
 
 
 def _split(text: str, separator: str) -> list[str]:

@@ -188,6 +188,7 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
     imported = _named(file, next(iter(reading.readings(file, settings))), settings)
     if not imported.questions:
         _convert(imported)
+        _by_frames(imported, settings)
         names = [TIME.name, *(name for name in BLOWN if name in imported.table)]
         if len(names) < 2 or TIME.name not in imported.table:
             has = ", ".join(imported.table) or "no column that is known"
@@ -229,7 +230,8 @@ def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
         if entry.why and entry.header not in fixed
         and (entry.why not in (UNNAMED, DOUBTFUL) or {name for _, name in entry.offered} - there)
     ]  # fmt: skip
-    _one_each(imported)
+    if not settings.side_by_side:
+        _one_each(imported)
     return imported
 
 
@@ -248,10 +250,13 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     imported.questions += [] if log is None else log.questions
     if imported.questions:
         return imported
-    _convert(imported)
+    if settings.side_by_side:
+        _beside(imported)
+    else:
+        _convert(imported)
     if log is not None:
         _convert(log)
-        _join(imported, log, settings.shift)
+        _join(imported, log, settings)
     experiment = _experiment(imported, settings)
     if experiment is None:
         return imported
@@ -270,9 +275,11 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     return imported
 
 
-def _join(imported: ImportedTable, log: ImportedTable, shift_s: float | None) -> None:
+def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     """Bring two tables with two clocks together, in the rows of that which has the readings."""
     both = (imported, log)
+    for part in both:
+        _by_frames(part, settings)
     controls = (*BLOWN, "displacement_mm")
     controlled = [part for part in both if {*part.table} & {*controls}]
     readings = log if controlled[:1] == [imported] else imported
@@ -290,9 +297,9 @@ def _join(imported: ImportedTable, log: ImportedTable, shift_s: float | None) ->
     for part, values in ((controlled[0], log_s), (readings, time_s)):
         if len(values) < 2 or (np.diff(values) < 0).any():
             raise ConfigError(f"{part.file}: allowed: at least 2 rows, in the order of time")
-    if shift_s is not None:
+    if settings.shift is not None:
         steps = [float(np.median(np.diff(values))) for values in (log_s, time_s)]
-        clock = Clock(shift_s, 1.0, max(steps) / math.sqrt(12), "what was told")
+        clock = Clock(settings.shift, 1.0, max(steps) / math.sqrt(12), "what was told")
     else:
         values = numbers[control].to_numpy()
         clock = by_motion(log_s, values, time_s, rows[motion].to_numpy(dtype=float))
@@ -360,6 +367,8 @@ def _one_each(imported: ImportedTable) -> None:
             lines = [column_line(header, target) for header in headers]
             if target == "pressure_kPa":  # of an arm with a supply for each of its chambers
                 lines += [column_line(headers[0], "cavity_1_supply_kPa")]
+            if target in {name for names in READINGS.values() for name in names}:
+                lines += ["--side-by-side"]
             names = " and ".join(headers)
             verb = "both are" if len(headers) == 2 else "each is"
             imported.questions.append(Question(f"{names}: {verb} {target}: which?", lines))
@@ -389,6 +398,37 @@ def _convert(imported: ImportedTable) -> None:
     imported.table = pd.DataFrame(columns)
     if TIME.name in columns:
         _since_first(imported)
+
+
+def _beside(imported: ImportedTable) -> None:
+    """Put the specimens below one another whose columns stand side by side, or in turn.
+
+    A quantity of a single column is that of all of them.
+    """
+    columns: dict[str, list[str]] = {}
+    for header, taken in imported.taken.items():
+        if taken:
+            columns.setdefault(taken.target, []).append(header)
+    count = max(map(len, columns.values()), default=1)
+    several = [headers for headers in columns.values() if len(headers) > 1]
+    if count < 2 or any(len(headers) != count for headers in several):
+        numbers = ", ".join(f"{len(headers)} of {name}" for name, headers in columns.items())
+        raise ConfigError(
+            f"{imported.file}: --side-by-side: columns: {numbers}; allowed: as many of each "
+            "quantity as specimens, at least 2, or one that all have in common"
+        )
+    parts = []
+    for i in range(count):
+        others = {header for headers in several for header in headers} - {h[i] for h in several}
+        part = replace(imported, taken=imported.taken | dict.fromkeys(others))
+        _convert(part)
+        names = [headers[i] for headers in several]
+        there = [name for name in part.table if len(columns[name]) > 1]
+        rows = part.table.dropna(subset=there, how="all")
+        before = rows.get("specimen", pd.Series("", index=rows.index))
+        parts.append(rows.assign(specimen=(before + f" {i + 1}").str.strip()))
+        imported.notes.append(f"specimen {i + 1} is {', '.join(names)}")
+    imported.table = pd.concat(parts, ignore_index=True)
 
 
 def _since_first(imported: ImportedTable) -> None:
@@ -519,17 +559,22 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
         _times(imported, settings, "rate_kPa_per_s")
 
 
+def _by_frames(imported: ImportedTable, settings: Told) -> None:
+    """Times by the numbers of frames, where there are no others."""
+    table, rate_hz = imported.table, settings.frame_rate
+    if rate_hz is not None and "frame" in table and TIME.name not in table:
+        table[TIME.name] = (table["frame"] - table["frame"].iloc[0]) / rate_hz
+        imported.notes.append(f"time_s is the frame's number by {rate_hz:g} Hz")
+
+
 def _times(imported: ImportedTable, settings: Told, rate: str) -> None:
     """Times by time stamps, frames or the rate."""
     if settings.rate is not None:
         imported.setup[rate] = settings.rate
+    _by_frames(imported, settings)
     if TIME.name in imported.table:
         return
-    if "frame" in imported.table and settings.frame_rate is not None:
-        frames = imported.table["frame"]
-        imported.table[TIME.name] = (frames - frames.iloc[0]) / settings.frame_rate
-        imported.notes.append(f"time_s is the frame's number by {settings.frame_rate:g} Hz")
-    elif rate in imported.setup:
+    if rate in imported.setup:
         imported.notes.append(f"times follow from {rate} = {imported.setup[rate]:g}")
     elif "frame" in imported.table:
         lines = [line("frame_rate"), line("rate")]

@@ -32,6 +32,7 @@ class Told:
         encoding: of a text file.
         decimal: the decimal sign.
         sheet: name of a sheet.
+        side_by_side: whether columns of one quantity are those of several specimens.
         log: a second table of the same test, whose clock is another one.
         shift: time of the pressure's clock where that of the readings shows 0 (s).
     """
@@ -47,6 +48,7 @@ class Told:
     encoding: str | None = None
     decimal: str | None = None
     sheet: str | None = None
+    side_by_side: bool = False
     log: Path | None = None
     shift: float | None = None
 

@@ -68,8 +68,8 @@ def read(file: Path) -> PointTable:
         table = READERS[file.suffix.lower()](file)
         if not len(table.columns.columns):
             raise ValueError("no point has a name and an x")
-    except ImportError as error:
-        raise ConfigError(f"{file}: no {error.name}: pip install dolfingrip[track]") from None
+    except ImportError:  # the command's edge says what to install
+        raise
     except Exception as error:  # any error of a parser on a file of another layout
         raise ConfigError(
             f"{file}: points cannot be read ({error or 'another layout'}); allowed: files of "
