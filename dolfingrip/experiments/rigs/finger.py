@@ -153,6 +153,8 @@ class FingerModel:
     def volume_of(self, *cavities: str) -> ufl.Form:
         """Volume of some meshed cavities (mm³), integrated exactly."""
         site = self.site
+        if not cavities:  # of a solid body
+            return site.fixed(0.0) * ufl.div(site.u) * site.domain.volume(quadrature_degree=2)
         degree = 3 * site.u.function_space.ufl_element().degree
         exactly = site.domain.surface(*cavities, quadrature_degree=degree)
         density = cavity_pressure.volume_density(site.u, site.domain.mesh)
@@ -198,8 +200,8 @@ class FingerModel:
                 control.stages = config.extensions.active(Stage)
 
 
-def pressures(config: Config, site: Site) -> ufl.Form:
-    """Potential of the pressure in each cavity (mJ).
+def pressures(config: Config, site: Site) -> list[ufl.Form]:
+    """Potentials of the pressures in all cavities (mJ).
 
     It is a part of the regulator's, that of the cavity's own supply, or that of its trapped air.
 
@@ -227,7 +229,7 @@ def pressures(config: Config, site: Site) -> ufl.Form:
     for ratio, names in by_ratio.items():
         inside = domain.surface(*names, quadrature_degree=degree)
         parts.append(energy * inside if ratio == 1 else site.fixed(ratio) * energy * inside)
-    return reduce(add, parts)
+    return parts
 
 
 def trapped(config: Config, site: Site, name: str) -> ufl.Form:
@@ -333,7 +335,7 @@ def build(
         site.obstacle = beside(site, config.obstacle)
     added = adds(site)
     solid = strain_energies(config, site, base)
-    loads = [pressures(config, site), *config.extensions.terms(site), *added.loads]
+    loads = [*pressures(config, site), *config.extensions.terms(site), *added.loads]
     inertia: Inertia | None = None
     if config.experiment.dynamic:
         scheme = config.solver.hht_alpha, config.solver.time_error_mm, added.inertia_from_s
