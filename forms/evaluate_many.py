@@ -350,6 +350,7 @@ _SIMPLE: Final[Mapping[type, Callable[..., Array]]] = {
     node.Sqrt: _function(np.sqrt, lambda v: 0.5 / np.sqrt(v)),
     node.Exp: _function(np.exp, np.exp),
     node.Ln: _function(np.log, lambda v: 1 / v),
+    node.Atan: _function(np.arctan, lambda v: 1 / (1 + v**2)),
     node.Sin: _function(np.sin, np.cos),
     node.Cos: _function(np.cos, lambda v: -np.sin(v)),
     node.Acos: _function(np.arccos, lambda v: -1 / np.sqrt(1 - v**2)),

@@ -33,8 +33,11 @@ _NUMBERED: Final = re.compile(rf"{CAVITY}_([2-9]|[1-9][0-9]+)")
 _BEFORE: Final = max(SURFACE_TAGS.values()) - 1
 """What is added to a further cavity's number, which starts at 2, for its tag."""
 
-NEEDED: Final = (CAVITY, CLAMP, SKIN, TIP)
+BODY: Final = (CLAMP, SKIN, TIP)
 """Surface groups that every mesh must have; a half finger also has ``symmetry``."""
+
+NEEDED: Final = (CAVITY, *BODY)
+"""Surface groups of a finger; a solid body has no cavity."""
 
 
 def volume_tags(names: Sequence[str]) -> dict[str, int]:

@@ -132,9 +132,11 @@ def one_through(mesh: SolidMesh) -> float:
         mesh: checked.
 
     Returns:
-        The share, between 0 and 1.
+        The share, between 0 and 1; 0 of a solid body.
     """
     inner = [mesh.facets[name] for name in groups.cavities(mesh.facets)]
+    if not inner:
+        return 0.0
     outside = np.unique(mesh.facets[groups.SKIN])
     rows = np.concatenate([match(facets, mesh.cells) for facets in inner])
     behind = mesh.cells[rows // len(mesh.shape.faces)]
@@ -155,7 +157,7 @@ def check(mesh: SolidMesh) -> Quality:
             solid's boundary facing outward with exactly one group each, the cavity is not closed,
             or the symmetry group does not lie in y = 0.
     """
-    missing = [name for name in groups.NEEDED if not len(mesh.facets.get(name, ()))]
+    missing = [name for name in groups.BODY if not len(mesh.facets.get(name, ()))]
     if missing:
         raise MeshError(groups.missing_message(missing))
     least = jacobians(mesh).min(axis=1)

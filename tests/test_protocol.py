@@ -245,6 +245,19 @@ def test_waits_in_motion_are_evenly_spaced(tmp_path: Path, by: str) -> None:
     np.testing.assert_allclose(np.diff(still.protocol.time_s[2:]) * 27 / 0.2, [2, 6, 18])
 
 
+def test_a_wait_is_read_at_equal_times(tmp_path: Path) -> None:
+    """Every 0.05 s, in statics, too; the wait need not be a multiple of it."""
+    wait = "[[segment]]\nhold_s = 0.22\nevery_s = 0.05\n"
+    found, _ = protocol.read(_written(tmp_path, wait), "bending")
+    np.testing.assert_allclose(found["time_s"], [0, 0.05, 0.1, 0.15, 0.2])
+    for line, said in (
+        ("every_s = 0.3", "every_s = 0.3: allowed: 2.2e-06 to 0.22 s, the length of the wait"),
+        ("every_s = 0.1\nreadings = 3", "every_s = 0.1: allowed: beside hold_s, without readings"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            protocol.read(_written(tmp_path, f"[[segment]]\nhold_s = 0.22\n{line}\n"), "bending")
+
+
 def replaced(asked: SimpleNamespace) -> SimpleNamespace:
     """The same without a configuration of its own, so that nothing moves."""
     return SimpleNamespace(**{**vars(asked), "config": None})

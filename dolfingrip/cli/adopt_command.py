@@ -140,6 +140,13 @@ def adopt(args: AdoptSettings) -> None:
         for suffix in (".png", ".msh", ".toml"):
             screen.say(f"wrote {args.out / f'{NAME}{suffix}'}")
         mu_MPa = Config().material.shear_MPa
+        if not part.roles.cavities:
+            screen.say(f"{'material:':15} not known; {mu_MPa:g} MPa is NinjaFlex's: give yours")
+            screen.say(
+                f"next: dolfingrip vibrate --config {args.out / f'{NAME}.toml'} "
+                f"--set material.mu_MPa={mu_MPa:g}"
+            )
+            return
         first = f"{float(f'{_first_kPa(part, mu_MPa):.2g}'):g}"
         screen.say(
             f"{'material:':15} not known; {mu_MPa:g} MPa is NinjaFlex's: give yours below; walls "
@@ -200,7 +207,8 @@ def _configuration(part: AdoptedPart, file: Path) -> str:
         f"width_mm = {width:.6g}",
         f"depth_mm = {depth:.6g}",
         f"wall_mm = {part.measured.wall.mm:.4g}",
-        f"chamber_mm = {max(map(diameter_mm, _hollows_mm(part))):.4g}",
+        f"chamber_mm = {max(map(diameter_mm, _hollows_mm(part)), default=0.0):.4g}",
+        f"solid_body = {str(not part.roles.cavities).lower()}",
         f"back = {json.dumps(part.roles.said['back'], ensure_ascii=False)}",
         f"bends_to_back = {str(part.bends_to_back).lower()}",
         f"doubts = {json.dumps(part.warnings, ensure_ascii=False)}",

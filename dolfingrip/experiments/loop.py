@@ -211,7 +211,10 @@ def _once(
         wall_s = time.perf_counter() - start
         notes = experiment.notes(config)
         result.facts = record.of_run(result, rig.newton, profile, wall_s, notes).model_copy(
-            update={"bands": {} if bands is None else dict(bands.spreads)}
+            update={
+                "bands": {} if bands is None else dict(bands.spreads),
+                "sag_mm": rig.sag_mm,
+            }
         )
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)

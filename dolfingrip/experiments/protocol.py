@@ -154,6 +154,8 @@ def _pressure_stops(config: Config) -> Sequence[Stop]:
             )
         supplies = {supply_of(name).name: kPa for name, kPa in config.cavity.own.items()}
         return given(protocol, protocol.pressure_kPa, supplies)
+    if not config.geometry.cavities():  # a solid body is at rest, or moves in a protocol's time
+        return [Stop(0.0, 0.0, "hold")]
     if by_pressure(config):
         most, least = experiment.max_pressure_kPa, experiment.min_pressure_kPa
         values, suction = (steps(end, experiment.step_kPa) for end in (most, least))

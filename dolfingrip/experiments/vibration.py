@@ -1,9 +1,11 @@
-"""Natural frequencies of the pressurised finger."""
+"""Natural frequencies and damping of the pressurised finger."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
 
 from dolfingrip.channels import ANGLE, PRESSURE, Channel
 from dolfingrip.experiments.experiment import (
@@ -16,6 +18,7 @@ from dolfingrip.experiments.experiment import (
     Profile,
 )
 from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
+from dolfingrip.extensions.effect import Relaxing
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.finger_rig import FingerRig
@@ -30,31 +33,48 @@ FREQUENCIES = tuple(
     )
     for i in (1, 2, 3, 4)
 )
+DAMPINGS = tuple(
+    Channel(
+        name=f"damping_ratio_{i}",
+        unit="",
+        title=f"Damping ratio {i}",
+        about=f"of vibration {i}: ζ, by which one swing is exp(−2πζ/√(1 − ζ²)) times that a period "
+        "before",
+        form=".4f",
+    )
+    for i in (1, 2, 3, 4)
+)
 
 
-def _frequencies(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
-    """A function that returns the lowest natural frequencies at the present state, by column."""
+def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
+    """A function that returns frequencies and damping ratios at the present state, by column."""
     from dolfingrip.experiments.rigs.materials import densities
     from dolfingrip.mechanics.model.inertia import Inertia
-    from dolfingrip.mechanics.newton.vibration import natural_frequencies_Hz
+    from dolfingrip.mechanics.newton.vibration import complex_frequencies
 
     newton, site = rig.newton, rig.specimen.site  # not the rig, which holds this function
-    mass = Inertia(site.u, site.domain, densities(site)).mass
+    mass = Inertia(site.u, site.domain, densities(site), site.masses).mass
+    relaxing = site.config.extensions.active(Relaxing)
+    times_s = [tau for effect in relaxing for tau in effect.branches()[1]]
 
-    def found() -> Mapping[str, float]:
-        values = natural_frequencies_Hz(newton, mass, len(FREQUENCIES))
-        return {channel.name: float(x) for channel, x in zip(FREQUENCIES, values, strict=True)}
+    def modes() -> Mapping[str, float]:
+        s = complex_frequencies(newton, mass, len(FREQUENCIES), site.history, times_s)
+        swings = dict(zip((each.name for each in FREQUENCIES), s.imag / (2 * np.pi), strict=True))
+        fading = dict(zip((each.name for each in DAMPINGS), -s.real / np.abs(s), strict=True))
+        return {name: float(x) for name, x in (swings | fading).items()}
 
-    return found
+    return modes
 
 
 class Vibration(WholeFingerExperiment):
-    """Natural frequencies of the free finger, pressurised.
+    """Natural frequencies and damping ratios of the free finger, pressurised.
 
     Example: dolfingrip vibrate --pressure 100
 
     They are those of small vibrations about the state at each pressure, which is held constant:
-    K φ = ω² M φ with the tangent K and the consistent mass M. The finger vibrates in the plane of
+    s² M φ + K(s) φ = 0 with the tangent K, complex where the material relaxes, and the consistent
+    mass M; 2π times the frequency is the imaginary part of s, and the damping ratio ζ = −Re s/|s|.
+    The finger vibrates in the plane of
     bending and across it, so the whole finger is meshed.
     """
 
@@ -62,10 +82,10 @@ class Vibration(WholeFingerExperiment):
     command: ClassVar = "vibrate"
     title: ClassVar = "Natural frequencies"
     parts: ClassVar = ("finger",)
-    columns: ClassVar = FREQUENCIES
+    columns: ClassVar = (*FREQUENCIES, *DAMPINGS)
     options: ClassVar = (PRESSURE_OPTION, SUCTION_OPTION)
     dynamic: ClassVar = False
-    table: ClassVar = (PRESSURE, ANGLE, *FREQUENCIES)
+    table: ClassVar = (PRESSURE, ANGLE, *FREQUENCIES, DAMPINGS[0])
     plot: ClassVar = Plot(
         "Natural frequency (Hz)",
         tuple(Curve(each.name, each.title) for each in FREQUENCIES),
@@ -73,5 +93,5 @@ class Vibration(WholeFingerExperiment):
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
         rig = self._rig(config, comm, profile)
-        rig.further = _frequencies(rig)
+        rig.further = _modes(rig)
         return rig

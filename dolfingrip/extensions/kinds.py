@@ -1,4 +1,4 @@
-"""The base classes of effects: elastic ones, dimensions, stages of the supply, instruments.
+"""The base classes of effects: elastic and viscous ones, dimensions, supply, instruments.
 
 Stages and instruments may lag behind by a first-order filter, which starts at rest.
 """
@@ -6,7 +6,7 @@ Stages and instruments may lag behind by a first-order filter, which starts at r
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.channels import Channel
 from dolfingrip.extensions.effect import DirectCheck, Effect, FittedKey, Setup, Site, StrainEnergy
+from dolfingrip.forms import transient_network
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.section import FINGERS
 
@@ -41,6 +42,53 @@ class Elastic(Effect):
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         c = {key: site.constant(self, key) for key in type(self).model_fields}
         return lambda strain: base(strain) + self.added(strain, site.mu, c)
+
+
+Network = tuple[Expr, Expr]
+"""Shear modulus (MPa) and relaxation time (s) of a Maxwell branch."""
+
+
+class Viscous(Effect):
+    """An effect whose material has Maxwell branches in parallel with the elastic solid.
+
+    ``material.mu_MPa`` is the relaxed modulus μ∞. See
+    :mod:`dolfingrip.forms.transient_network`.
+    """
+
+    kind: ClassVar = "dissipative"
+    place: ClassVar = 3
+    clock: ClassVar = True
+
+    def networks(self, site: Site) -> Sequence[Network]:
+        """Return modulus and time of each branch.
+
+        Args:
+            site: model under construction, which the effect's parameters become constants of.
+        """
+        raise NotImplementedError
+
+    def branches(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Return parts of the instantaneous modulus that relax, and their times (s)."""
+        raise NotImplementedError
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        c_inverse = site.remember(self, "C_inverse", np.eye(3))
+        branches = []
+        for i, (modulus, tau) in enumerate(self.networks(site), 1):
+            a = site.remember(self, f"A{i}", np.eye(3))
+            now, c_now = transient_network.update(site.strain, a, c_inverse, site.step_s, tau)
+            site.history.evolve(a, now)
+            branches.append((modulus, a, tau))
+        site.history.evolve(c_inverse, c_now)
+
+        def density(strain: Expr) -> Expr:
+            over = [
+                transient_network.energy(strain, modulus, a, c_inverse, site.step_s, tau)
+                for modulus, a, tau in branches
+            ]
+            return base(strain) + sum(over[1:], start=over[0])
+
+        return density
 
 
 class DimensionOffset(Effect):

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar
 
-import numpy as np
 from pydantic import Field
-from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
-from dolfingrip.forms import transient_network
+from dolfingrip.extensions.effect import Prior, Site
+from dolfingrip.extensions.kinds import Network, Viscous
 from dolfingrip.sections.section import Ratio, Refusal
 
 SERIES = Field(strict=False, min_length=1, max_length=3)
 """Numbers of terms of the series."""
 
 
-class Prony(Effect):
+class Prony(Viscous):
     """Viscoelasticity (Prony series, finite strain).
 
     μ(t) = μ₀ (1 − Σ gᵢ (1 − exp(−t/τᵢ))) in shear; the bulk is elastic. ``material.mu_MPa`` is the
@@ -33,9 +31,6 @@ class Prony(Effect):
     first cycle), line lag (a loop that closes as the pressure settles), friction.
     """
 
-    kind: ClassVar = "dissipative"
-    place: ClassVar = 3
-    clock: ClassVar = True
     neutral: ClassVar = {"g": [0.0]}
 
     g: Annotated[
@@ -56,27 +51,10 @@ class Prony(Effect):
         if sum(self.g) >= 1:
             yield Refusal("g", "allowed: numbers whose sum is below 1")
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+    def networks(self, site: Site) -> Sequence[Network]:
         g, tau = site.constant(self, "g"), site.constant(self, "tau_s")
         instantaneous = site.mu / (1 - sum(g[i] for i in range(len(self.g))))
-        rest = np.eye(3)
-        c_inverse = site.remember(self, "C_inverse", rest)
-        branches = []
-        for i in range(len(self.g)):
-            a = site.remember(self, f"A{i + 1}", rest)
-            now, c_now = transient_network.update(site.strain, a, c_inverse, site.step_s, tau[i])
-            site.history.evolve(a, now)
-            branches.append((g[i] * instantaneous, a, tau[i]))
-        site.history.evolve(c_inverse, c_now)
-
-        def density(strain: Expr) -> Expr:
-            over = [
-                transient_network.energy(strain, modulus, a, c_inverse, site.step_s, time)
-                for modulus, a, time in branches
-            ]
-            return base(strain) + sum(over[1:], start=over[0])
-
-        return density
+        return [(g[i] * instantaneous, tau[i]) for i in range(len(self.g))]
 
     def branches(self) -> tuple[Sequence[float], Sequence[float]]:
         return self.g, self.tau_s

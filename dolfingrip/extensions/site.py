@@ -20,11 +20,13 @@ from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.assembly import box, integral, to_assemble
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.inertia import FaceMass
 from dolfingrip.mechanics.model.model import Prescribed
 from dolfingrip.mechanics.model.state import History
 from dolfingrip.mechanics.model.supports import SupportMotion
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
+from dolfingrip.sections.fixture import Gravity
 from dolfingrip.sections.setup import Setup
 
 
@@ -62,6 +64,7 @@ class Site:
         walls: contact of each cavity's walls with themselves, by its name; empty where they cannot
             meet.
         further: terms of Π that are no forms, without plate and contact.
+        masses: fixed to the finger's faces.
         geometric: functions that must be called after the mesh has moved.
     """
 
@@ -84,6 +87,7 @@ class Site:
     contact: BarrierContact | None = None
     walls: dict[str, BarrierContact] = field(default_factory=dict)
     further: list[Term] = field(default_factory=list)
+    masses: list[FaceMass] = field(default_factory=list)
     geometric: list[Callable[[], None]] = field(default_factory=list)
 
     @property
@@ -187,6 +191,27 @@ class Site:
         """Add friction to ``contact``, its coefficient the parameter ``key`` of ``effect``."""
         mu = self.constant(effect, key)
         self.further.append(Friction(contact, self.u, mu, slip_mm, effect.name()))
+
+    def fix_mass(self, mass_t: Expr, lever_mm: Expr, region: str) -> ufl.Form:
+        """Fix a mass to a region of the skin, which it turns with.
+
+        Args:
+            mass_t: mass (t) of the whole finger's.
+            lever_mm: distance of its centre from the region, outwards.
+            region: name of the region.
+
+        Returns:
+            The potential of its weight (mJ of the meshed part).
+        """
+        degree = 2 * self.u.function_space.ufl_element().degree
+        part = self.domain.surface(region, quadrature_degree=degree)
+        area = to_assemble(self.fixed(1.0) * part)
+        share = self._measured(lambda: np.array(1 / (self.domain.copies * integral(area))))
+        fixed = FaceMass(mass_t * share, lever_mm, part)
+        self.masses.append(fixed)
+        falls = fem.Constant(self.domain.mesh, self.config.gravity.falls_mm_s2)
+        self.parameters[Gravity.FALLS] = falls
+        return -fixed.density_t_mm2 * ufl.inner(falls, fixed.moved(self.u)) * part
 
     def centre(self, region: str) -> fem.Constant:
         """Centroid (mm) of an undeformed region, (3,)."""

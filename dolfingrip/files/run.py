@@ -161,6 +161,9 @@ class RunFile(ResultFile):
     turning_point: TurningPoint | None = None
     outcome: GraspOutcome | None = None
     plate: PlatePose | None = Field(None, description="where the force sensor stood")
+    sag_mm: tuple[float, float, float] | None = Field(
+        None, description="mean displacement of the tip's face by weight, from the shape as built"
+    )
     second_runs: dict[str, str] = Field({}, description="how those for choices of the model ended")
     ranks: int | None = None
     compiled_for: str = ""

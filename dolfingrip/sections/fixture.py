@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from annotated_types import Ge, Le
 from pydantic import Field
 
@@ -45,11 +46,19 @@ class Gravity(Section):
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
     entry: ClassVar = {"acceleration_m_s2": Entry.CONSTANT}  # gravity_pitch changes the direction
+    FALLS: ClassVar = "gravity.falls_mm_s2"
+    """Name of a model's constant for :attr:`falls_mm_s2`."""
 
     acceleration_m_s2: float = Field(0.0, ge=0, le=1000, description="9.81 switches gravity on")
     direction: Annotated[Vector, PURE] = Field(
         (0.0, 0.0, 1.0), description="z is from clamp to tip"
     )
+
+    @property
+    def falls_mm_s2(self) -> np.ndarray:
+        """(3,) acceleration of what falls freely."""
+        direction = np.asarray(self.direction, dtype=float)
+        return 1000 * self.acceleration_m_s2 * direction / np.linalg.norm(direction)
 
     def movable(self, key: str) -> bool:
         """Return whether gravity is on."""

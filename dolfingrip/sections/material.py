@@ -95,7 +95,7 @@ class Material(MaterialLaw):
         None, gt=0, lt=0.5, description="Poisson's ratio; default 0.45 where no bulk_MPa is given"
     )
     bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
-    density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
+    density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity and by inertia")
     elongation_at_break: Ratio | None = Field(
         None, gt=0, le=100, description="nominal strain at which it breaks; break_share is by it"
     )

@@ -56,6 +56,7 @@ class ProtocolSegment(Section):
     rate_kPa_per_s: float = Field(25.0, gt=0, description="of the farthest ramp")
     rate_mm_per_s: float = Field(2.5, gt=0, description="of the ramp (coupon)")
     hold_s: float | None = Field(None, ge=0, description="length of the wait")
+    every_s: float | None = Field(None, gt=0, description="time between readings of the wait")
     readings: int = Field(4, ge=1, le=100_000, description="the last at the segment's end")
 
     def refusals(self) -> Iterator[Refusal]:
@@ -65,6 +66,13 @@ class ProtocolSegment(Section):
             yield Refusal("hold_s", "allowed: exactly one of to_kPa, to_mm and hold_s")
         if self.cavity_kPa and given not in ([], ["to_kPa"]):
             yield Refusal("cavity_kPa", "allowed: alone or beside to_kPa", "a table")
+        if self.every_s is None:
+            return
+        if self.hold_s is None or "readings" in self.model_fields_set:
+            yield Refusal("every_s", "allowed: beside hold_s, without readings")
+        elif not 1 <= self.hold_s / self.every_s * (1 + 1e-9) <= 100_000:
+            ends = f"{self.hold_s / 100_000:g} to {self.hold_s:g} s"
+            yield Refusal("every_s", f"allowed: {ends}, the length of the wait")
 
     def leads(self, by: str) -> bool:
         """Return whether it waits, or is a ramp of what an experiment prescribes.
@@ -167,6 +175,9 @@ def _table(protocol: ProtocolFile, control: str, even: bool) -> dict[str, list[A
             start_s, start, *_ = rows[-1]
             if segment.hold_s is not None:
                 after = waits(segment.hold_s, segment.readings, even=even)
+                if segment.every_s is not None:
+                    count = int(segment.hold_s / segment.every_s * (1 + 1e-9))
+                    after = [segment.every_s * (k + 1) for k in range(count)]
                 rows += [(start_s + t, start, cycle, "hold") for t in after]
                 continue
             end = start | segment.cavity_kPa

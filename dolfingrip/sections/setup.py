@@ -27,6 +27,7 @@ from dolfingrip.sections.procedure import (
     ExperimentSettings,
     Protocol,
 )
+from dolfingrip.sections.release import Release
 from dolfingrip.sections.section import Refusal, Section
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, ThicknessMorph
 from dolfingrip.sections.supply import AirLine
@@ -51,6 +52,7 @@ class Sections(Section):
     gravity: Gravity = Gravity()
     experiment: ExperimentSettings = ExperimentSettings()
     protocol: Protocol = Protocol()
+    release: Release = Release()
     coupon: CouponSettings = CouponSettings()
     gripper: Gripper = Gripper()
     film: Films = Films()
@@ -114,6 +116,10 @@ class Sections(Section):
         yield from self._cavities_refused()
         yield from self._supply_refused()
         yield from self._loads_refused()
+
+        if self.release.acts and not self.experiment.dynamic:
+            key = "load_x_N" if self.release.held_x_mm is None else "held_x_mm"
+            yield Refusal(f"release.{key}", "allowed: with experiment.dynamic = true")
 
     def _kind_refused(self) -> Iterator[Refusal]:
         kind = self.finger.kind

@@ -32,6 +32,7 @@ UNITS: Final = {
     "kPa": Unit("kPa", 0.0001, 1e4),
     "N": Unit("N", 1e-9, 100000),
     "s": Unit("s", 1e-9, 1e9),
+    "Hz": Unit("Hz", 1e-6, 1e6),
     "deg": Unit("deg", 1e-6, 720),
     "kg_m3": Unit("kg/m³", 1, 100000),
     "m_s2": Unit("m/s²", 1e-6, 1000),

@@ -115,7 +115,7 @@ def assign(
         centre: (3,) centre of gravity, if it is known better than from the triangles.
 
     Raises:
-        MeshError: one line, if there is no cavity or no face to clamp.
+        MeshError: one line, if there is no face to clamp, or no cavity where one is asked for.
     """
     said: dict[str, str] = {}
     masks = masks or {}
@@ -135,7 +135,7 @@ def assign(
     if clamp is None:
         clamp = _clamp(surface, outer & ~inside, cavities, hints, said)
     z = _axis(surface, clamp)
-    if not numbered:  # of those that are as large, the nearest to the clamp comes first
+    if cavities and not numbered:  # of those that are as large, the nearest to the clamp first
         most = cavities[0].volume_mm3
         cavities.sort(key=lambda one: (-round(one.volume_mm3 / most, 2), one.centre_mm @ z))
     for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
@@ -182,7 +182,7 @@ def assign(
     off_mm = _off_mm(framed, groups)
     near_mm = framed.policy.even * framed.extent
     even = off_mm <= near_mm
-    said = {name: said[name] for name in cavity_names(len(cavities))} | said
+    said = {name: said[name] for name in cavity_names(max(len(cavities), 1))} | said
     said["symmetry"] = f"{_of_symmetry(even, hints)}; {_compared(off_mm, near_mm)}"
     return Roles(hints, framed, groups, rotation, origin, cavities, caps, even, start, said)
 
@@ -231,10 +231,11 @@ def _cavities(
 ) -> list[Hollow]:
     """The hollows that are asked for; else all closed ones, or the largest with an opening."""
     if not voids:
-        raise MeshError(
-            "no cavity: no closed shell inside, and no opening with a sharp rim; allowed: a solid "
-            "with a hollow"
-        )
+        none = "no closed shell inside, and no opening with a sharp rim"
+        if hints.cavities:
+            raise MeshError(f"no cavity: {none}; allowed: a solid with a hollow")
+        said["cavity"] = f"none: {none}; it is a solid body, which no pressure moves"
+        return []
     if hints.cavities:
         chosen = [_nearest(surface, voids, np.atleast_2d(point)) for point in hints.cavities]
         if len({id(hollow) for hollow in chosen}) < len(chosen):
@@ -386,20 +387,24 @@ def _front(
         x = snapped(given / np.linalg.norm(given), sides, surface.policy.flat_deg)
         said["back"] = f"faces {direction_said(-x)}, as asked"
         return np.asarray(x)
-    rows = np.concatenate([hollow.triangles for hollow in cavities])
-    level = surface.middles[rows] @ z
-    along = np.stack([principal[0], np.cross(z, principal[0]), z])
-    bearing = bearing_centre(surface, (level.min(), level.max()), along)
-    volume = sum(hollow.volume_mm3 for hollow in cavities)
-    hollow = sum(h.volume_mm3 * h.centre_mm for h in cavities) / volume
-    away = across @ (hollow - (centre if bearing is None else bearing))
+    away: Floats = np.zeros(3)
+    aside, reason = away, "nothing presses on it"
+    if cavities:
+        rows = np.concatenate([hollow.triangles for hollow in cavities])
+        level = surface.middles[rows] @ z
+        along = np.stack([principal[0], np.cross(z, principal[0]), z])
+        bearing = bearing_centre(surface, (level.min(), level.max()), along)
+        volume = sum(hollow.volume_mm3 for hollow in cavities)
+        hollow = sum(h.volume_mm3 * h.centre_mm for h in cavities) / volume
+        away = across @ (hollow - (centre if bearing is None else bearing))
+        aside = across @ (cavities[0].centre_mm - centre)
     width = float(np.ptp(surface.points @ principal.T, axis=0).min())
     least = surface.policy.same_side * width
-    reason = (
-        f"the pressure's lever about the walls that run through is {np.linalg.norm(away):.2g} mm, "
-        f"where {least:.2g} mm tell a side"
-    )
-    aside = across @ (cavities[0].centre_mm - centre)
+    if cavities:
+        reason = (
+            "the pressure's lever about the walls that run through is "
+            f"{np.linalg.norm(away):.2g} mm, where {least:.2g} mm tell a side"
+        )
     if np.linalg.norm(away) < least < np.linalg.norm(aside):
         away, reason = aside, f"opposite to the first cavity, as {reason}"
     if np.linalg.norm(away) < least:

@@ -15,9 +15,10 @@ from support.oscillator import oscillator
 from dolfingrip import config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.materials import densities
+from dolfingrip.extensions.effect import Relaxing
 from dolfingrip.mechanics.model.inertia import Inertia
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.vibration import natural_frequencies_Hz
+from dolfingrip.mechanics.newton.vibration import complex_frequencies, natural_frequencies_Hz
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.sections.tables import assignments
 
@@ -34,11 +35,14 @@ def bar(cells: tuple[int, int, int], *more: str, clamped: bool = True) -> Finger
     return build(asked, bodies.domain(solid, ends), plate=False)
 
 
-def timoshenko_Hz(depth: float, count: int) -> list[float]:
+def timoshenko_Hz(
+    depth: float, count: int, mass_g: float = 0.0, centre_mm: float = 0.0
+) -> list[float]:
     """Natural frequencies of the cantilever by Timoshenko's theory, ν = 0 and k = 5/6.
 
-    The state (w, ψ, M, V) at the tip follows from that at the clamp by a matrix exponential, and
-    M = V = 0 there where a minor of it vanishes.
+    The state (w, ψ, M, V) at the tip follows from that at the clamp by a matrix exponential. A mass
+    m that is spread over the tip's face, its centre c before it, needs V = m ω² (w + c ψ) and
+    M = c V + m h²/12 ω² ψ there, which a determinant tells that vanishes.
     """
     shear, density = 2.93, 1190e-12
     young, area = 2 * shear, SIDES[0] * SIDES[1]
@@ -50,7 +54,10 @@ def timoshenko_Hz(depth: float, count: int) -> list[float]:
         slopes[1, 2] = 1 / (young * inertia)
         slopes[2, 1], slopes[2, 3] = -density * inertia * omega**2, -1.0
         slopes[3, 0] = -density * area * omega**2
-        return float(np.linalg.det(expm(slopes * LENGTH)[2:, 2:]))
+        pull = 1e-6 * mass_g * omega**2 * np.array([1.0, centre_mm, 0.0, 0.0])
+        turn = 1e-6 * mass_g * omega**2 * np.array([0.0, depth**2 / 12, 0.0, 0.0])
+        ends = np.eye(4)[2:] - [centre_mm * pull + turn, pull]
+        return float(np.linalg.det(ends @ expm(slopes * LENGTH)[:, 2:]))
 
     tried = np.linspace(1.0, 1000.0, 500)
     values = [minor(omega) for omega in tried]
@@ -70,6 +77,50 @@ def test_frequencies_are_timoshenkos() -> None:
     found = natural_frequencies_Hz(newton, mass, 4)
     expected = sorted(each for depth in SIDES for each in timoshenko_Hz(depth, 2))
     np.testing.assert_allclose(found, expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("mass_g", "centre_mm"), [(1.0, 0.0), (5.0, 8.0)])
+def test_a_mass_on_the_tip(mass_g: float, centre_mm: float) -> None:
+    """First mode in each direction of a bar of 1.4 g with a mass, against Timoshenko's theory."""
+    given = {"mass_g": mass_g, "centre_mm": centre_mm}
+    loaded = bar((2, 2, 24), *(f"extensions.tip_mass.{key}={x}" for key, x in given.items()))
+    site = loaded.site
+    mass = Inertia(loaded.model.u, site.domain, densities(site), site.masses).mass
+    found = natural_frequencies_Hz(Newton(loaded.model, loaded.config.solver), mass, 2)
+    expected = sorted(timoshenko_Hz(depth, 1, **given)[0] for depth in SIDES)
+    np.testing.assert_allclose(found, expected, rtol=2e-3)
+    assert found[0] < 0.7 * timoshenko_Hz(min(SIDES), 1)[0]
+
+
+def test_damping_ratios_are_those_of_the_complex_modulus() -> None:
+    """A slender bar: s² + ω² E(s)/E∞ = 0 with E = 9Kμ/(3K + μ), the bulk elastic.
+
+    Reference: the correspondence principle, with ω of the bar without loss, from its own tangent.
+    Modes that bend the clamped end's corners change a little with the modulus by the bulk's.
+    """
+    rubber, loss = "material.nu=0.48", "extensions.loss_factor.loss_factor=0.15"
+    elastic, lossy = bar((2, 2, 24), rubber), bar((2, 2, 24), rubber, loss)
+    g, tau = map(np.array, lossy.config.extensions.active(Relaxing)[0].branches())
+    bulk = elastic.config.material.lmbda_MPa + 2 * elastic.config.material.mu_MPa / 3
+    at_rest, found = elastic.config.material.mu_MPa, {}
+    for one in (elastic, lossy):
+        mass = Inertia(one.model.u, one.site.domain, densities(one.site)).mass
+        newton = Newton(one.model, one.config.solver)
+        times = tau if one is lossy else ()
+        found[one is lossy] = complex_frequencies(newton, mass, 2, one.site.history, times)
+    np.testing.assert_allclose(found[False].real, 0.0, atol=1e-12)
+
+    def young(s: complex) -> complex:
+        mu = at_rest * (1 + (g / (1 - g.sum()) * s * tau / (1 + s * tau)).sum())
+        return complex(9 * bulk * mu / (3 * bulk + mu))
+
+    for free, damped in zip(found[False], found[True], strict=True):
+        s = free
+        for _ in range(50):
+            s = 1j * abs(free) * np.sqrt(young(s) / young(0.0))
+        assert damped == pytest.approx(s, rel=5e-3)
+        assert -damped.real / abs(damped) == pytest.approx(-s.real / abs(s), rel=0.015)
+        assert -damped.real / abs(damped) > 0.03
 
 
 class Moving:

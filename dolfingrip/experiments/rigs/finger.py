@@ -153,6 +153,8 @@ class FingerModel:
     def volume_of(self, *cavities: str) -> ufl.Form:
         """Volume of some meshed cavities (mm³), integrated exactly."""
         site = self.site
+        if not cavities:  # of a solid body
+            return site.fixed(0.0) * ufl.div(site.u) * site.domain.volume(quadrature_degree=2)
         degree = 3 * site.u.function_space.ufl_element().degree
         exactly = site.domain.surface(*cavities, quadrature_degree=degree)
         density = cavity_pressure.volume_density(site.u, site.domain.mesh)
@@ -198,8 +200,8 @@ class FingerModel:
                 control.stages = config.extensions.active(Stage)
 
 
-def pressures(config: Config, site: Site) -> ufl.Form:
-    """Potential of the pressure in each cavity (mJ).
+def pressures(config: Config, site: Site) -> list[ufl.Form]:
+    """Potentials of the pressures in all cavities (mJ).
 
     It is a part of the regulator's, that of the cavity's own supply, or that of its trapped air.
 
@@ -227,7 +229,7 @@ def pressures(config: Config, site: Site) -> ufl.Form:
     for ratio, names in by_ratio.items():
         inside = domain.surface(*names, quadrature_degree=degree)
         parts.append(energy * inside if ratio == 1 else site.fixed(ratio) * energy * inside)
-    return reduce(add, parts)
+    return parts
 
 
 def trapped(config: Config, site: Site, name: str) -> ufl.Form:
@@ -248,10 +250,14 @@ def trapped(config: Config, site: Site, name: str) -> ufl.Form:
     return cavity_pressure.energy(site.u, mesh, unknown.constant) * inside + site.lumped(air)
 
 
+Energies = Sequence[StrainEnergy | ReducedIntegration] | ByPart
+"""Strain energies of a whole finger, or part by part."""
+
+
 def total_potential(
     config: Config,
     site: Site,
-    base: BaseMaterial,
+    solid: Energies,
     loads: Sequence[ufl.Form],
 ) -> tuple[Potential, Sequence[Term]]:
     """The finger's total potential.
@@ -265,17 +271,14 @@ def total_potential(
     Args:
         config: materials, films, effects and how elements are integrated.
         site: the site, with plate and contact if there are any; effects may add friction to them.
-        base: material of all parts that have no material of their own.
-        loads: further energies that an experiment adds.
+        solid: strain energies.
+        loads: energies of pressures, effects and inertia, and those that an experiment adds.
     """
     u, mesh, space = site.u, site.domain.mesh, site.u.function_space
-    solid = strain_energies(config, site, base)
-    pressing = pressures(config, site)
-    effects = config.extensions.terms(site)
     written = Potential(
         u,
         solid,
-        [pressing, *effects, *loads],
+        loads,
         carried=config.solver.mixed_integration_point,
         p=site.p,
         global_unknowns=list(site.unknowns.values()),
@@ -285,10 +288,6 @@ def total_potential(
     )
     terms = (dead_weight(site), site.plate, site.obstacle, site.contact, *site.further)
     return written, [term for term in terms if term is not None]
-
-
-Energies = Sequence[StrainEnergy | ReducedIntegration] | ByPart
-"""Strain energies of a whole finger, or part by part."""
 
 
 def build(
@@ -335,13 +334,15 @@ def build(
     if config.obstacle is not None:
         site.obstacle = beside(site, config.obstacle)
     added = adds(site)
+    solid = strain_energies(config, site, base)
+    loads = [*pressures(config, site), *config.extensions.terms(site), *added.loads]
     inertia: Inertia | None = None
     if config.experiment.dynamic:
         scheme = config.solver.hht_alpha, config.solver.time_error_mm, added.inertia_from_s
-        inertia = Inertia(u, domain, densities(site), *scheme)
+        inertia = Inertia(u, domain, densities(site), site.masses, *scheme)
+        loads.append(inertia.energy)
     motion = [] if inertia is None else [inertia]
-    loads = [*added.loads, *(force.energy for force in motion)]
-    potential, terms = total_potential(config, site, base, loads)
+    potential, terms = total_potential(config, site, solid, loads)
     controls, supplies = supply(config, site)
     supports = at_rest(u.function_space, site.domain, site.held)
     model = Model(

@@ -18,6 +18,7 @@ from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
 from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.experiments.rigs.tip_load import LetGo, compliance_mm_per_N
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile
@@ -27,6 +28,7 @@ from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.greatest import greatest
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.readings.integrals import Integral
+from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.parameter import Parameter
 from dolfingrip.sections.geometry.geometry import Geometry
 
@@ -42,6 +44,7 @@ class FingerRig(Rig):
 
     Attributes:
         further: returns an experiment's further readings by column, without instruments' errors.
+        hold: what holds the tip before it is let go; None if nothing does.
     """
 
     specimen_name: ClassVar = "finger"
@@ -64,6 +67,7 @@ class FingerRig(Rig):
         self._greatest_stretch = np.inf if balloon is None else balloon.stretch
         self._balloons = "the walls balloon"  # in more words once the maximum is found
         self.further: Callable[[], Mapping[str, float]] = dict
+        self.hold: LetGo | None = None
 
     @classmethod
     def built(
@@ -85,10 +89,14 @@ class FingerRig(Rig):
         """
         with profile.phase("mesh"):
             domain = load_domain(config, comm, made_for)
+        hold = LetGo(config.release)
         with profile.phase("forms"):
+            adds = hold.added if config.release.acts else adds
             finger = build(config, domain, plate=plate, adds=adds)
             observation = Observation(finger)
-        return cls(config, finger, observation, profile)
+        made = cls(config, finger, observation, profile)
+        made.hold = hold if config.release.acts else None
+        return made
 
     @property
     def _by_pressure(self) -> bool:
@@ -140,10 +148,36 @@ class FingerRig(Rig):
                 self._finger.model.controls[CONTROL].set(self._volume_mm3())
         elif self._by_pressure and (first.value != 0 or any(first.others.values())):
             failure = path.advance(UNPRESSURISED).failure
-        else:
+        elif self.hold is None:
             return None
         self._tare()
+        if self.hold is not None and failure is None:
+            failure = self._held(self.hold, path.observers)
         return failure
+
+    def _held(self, hold: LetGo, observers: Sequence[Observer]) -> Failure | None:
+        """Hold the tip as the configuration asks for, for a long time; it tells why it is not held.
+
+        The load that holds a place is found by a secant.
+        """
+        release, model = self._config.release, self._finger.model
+        hold.load_N = release.load_x_N
+        failure = settle(self.newton, observers)
+        if failure is not None or release.held_x_mm is None:
+            return failure
+        tip = TipDisplacement(model, "x")
+        compliance = compliance_mm_per_N(self.newton.linear(), tip)
+        near_mm = NEAR_TIP * self._config.geometry.length_mm
+        for _ in range(SECANTS):
+            before_mm = tip.value()
+            off_mm = release.held_x_mm - before_mm
+            if failure is not None or abs(off_mm) < near_mm:
+                return failure
+            more_N = off_mm / compliance
+            hold.load_N += more_N
+            failure = settle(self.newton, observers)
+            compliance = (tip.value() - before_mm) / more_N
+        return Failure(FailureKind.ITERATION_LIMIT, model.state().controls)
 
     def _volume_mm3(self) -> float:
         """Present volume of all cavities with the experiment's pressure, each by its ratio."""
@@ -191,6 +225,8 @@ class FingerRig(Rig):
         """Count readings from the present state."""
         model, plate = self._finger.model, self._finger.plate
         self._observation.tare()
+        x, y, z = (TipDisplacement(model, axis).value() for axis in "xyz")
+        self.sag_mm = (x, 0.0 if model.domain.half else y, z)
         self._finger.rest = model.state()
         self._rest_mm3 = self._volume_mm3()
         if plate is not None:
@@ -276,6 +312,15 @@ FILLINGS = 10.0
 LONGEST_S = 0.02
 """Longest step in time of a finger with inertia, if no other is asked for."""
 
+LONG_S = 1e9
+"""Time after which a material that relaxes has relaxed."""
+
+SECANTS = 30
+"""Steps in which the load that holds a tip is found."""
+
+NEAR_TIP = 1e-7
+"""Distance by the finger's length from a place at which the tip is held there."""
+
 UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
 
 
@@ -299,6 +344,23 @@ def put_at_rest(finger: FingerModel) -> bool:
     return any(cavity.closed and cavity.closed_at_kPa != AMBIENT_KPA for cavity in cavities)
 
 
+def settle(newton: Newton, observers: Sequence[Observer] = ()) -> Failure | None:
+    """Come to rest without pressure after a long time, which ends as the clock shows 0 s.
+
+    Args:
+        newton: solver of a finger's model.
+        observers: called after each converged step.
+
+    Returns:
+        Why it did not come to rest; None if it did.
+    """
+    before = newton.model.state()
+    before.controls["time_s"] = -LONG_S
+    newton.model.restore(before)
+    longest = {"pressure_kPa": newton.settings.max_step_kPa}
+    return LoadPath(newton, longest, observers=observers).advance(UNPRESSURISED).failure
+
+
 def go_to_rest(
     finger: FingerModel, newton: Newton, observers: Sequence[Observer] = ()
 ) -> Failure | None:
@@ -317,8 +379,7 @@ def go_to_rest(
         newton = Newton(finger.by_pressure, newton.settings, newton.profile)
     if plate is not None:
         plate.retract()
-    longest = {"pressure_kPa": newton.settings.max_step_kPa}
-    failure = LoadPath(newton, longest, observers=observers).advance(UNPRESSURISED).failure
+    failure = settle(newton, observers)
     if plate is not None:
         plate.put()
         model.accept_step()  # effects remember where the plate stands

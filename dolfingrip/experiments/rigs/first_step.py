@@ -51,6 +51,8 @@ def adopt(path: Path, hints: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
         MeshError: one line that says what is wrong with the part, and where.
     """
     part = adoption.adopt(path, hints, wanted, scale)
+    if not part.roles.cavities:
+        return part
     share, way = _bends(part)
     if share < BENDS:
         part.roles.said["bends"] = (

@@ -68,7 +68,8 @@ def surround(site: Site, *, plate: bool) -> None:
             width_mm=given.barrier_mm,
             stiffness_MPa=given.stiffness_MPa,
         )
-    may_meet = site.config.walls_may_meet(site.domain.cavities)
+    cavities = site.domain.cavities
+    may_meet = bool(cavities) and site.config.walls_may_meet(cavities)
     if contact.self_contact:
         skin = site.domain.facets(*SKIN)
         surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)

@@ -20,6 +20,7 @@ from dolfingrip.extensions.site import Site
 from dolfingrip.forms import bulk_modulus, membrane, mixed_bulk_modulus, saint_venant
 from dolfingrip.mechanics.model.dead_weight import DeadWeight
 from dolfingrip.mechanics.model.element import Sheet
+from dolfingrip.mechanics.model.inertia import T_MM3
 from dolfingrip.mechanics.model.parts import StrainEnergy
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.setup import Setup
@@ -96,10 +97,6 @@ def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | flo
     return constants
 
 
-KG_M3_M_S2 = 1e-9
-"""N/mm³ per kg/m³ · m/s²."""
-
-
 def weight_name(part: str = REST) -> str:
     """Name of a part's constant for its dead weight."""
     return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
@@ -107,10 +104,8 @@ def weight_name(part: str = REST) -> str:
 
 def weight_value(config: Setup, part: str = REST) -> np.ndarray:
     """(3,) dead weight of a part per reference volume (N/mm³)."""
-    gravity, density = config.gravity, config.material.of(part).density_kg_m3
-    direction = np.asarray(gravity.direction, dtype=float)
-    size = KG_M3_M_S2 * gravity.acceleration_m_s2 * density
-    return np.asarray(size * direction / np.linalg.norm(direction))
+    density = config.material.of(part).density_kg_m3
+    return np.asarray(T_MM3 * density * config.gravity.falls_mm_s2)
 
 
 def densities(site: Site) -> dict[tuple[str, ...], float]:

@@ -255,6 +255,7 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
         materials.weight_name(part): materials.weight_value(config, part)
         for part in (REST, *material.own)
     }
+    base[config.gravity.FALLS] = config.gravity.falls_mm_s2
     constants: dict[str, np.ndarray] = {}
     for name in names:
         if name in base:

@@ -30,6 +30,7 @@ class Rig(ABC):
         specimen: the model with its parts, which visitors of the run receive.
         gaps_mm: for each reading, distances (mm) between neighbouring parts by their names.
         plate: where the force sensor stands; None if there is none.
+        sag_mm: mean displacement of the tip's face from the shape as built to that at rest.
         pressures: pressure (kPa) in each cavity of the specimen by its name.
         readings: readings by column, without instruments' errors.
         from_rest: columns that count from the state at rest.
@@ -45,6 +46,7 @@ class Rig(ABC):
         self.specimen = specimen
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
+        self.sag_mm: tuple[float, float, float] | None = None
         self.pressures: Mapping[str, Control] = {}
         self.tared: Callable[[], None] = lambda: None
         self._true: defaultdict[str, list[float]] = defaultdict(list)

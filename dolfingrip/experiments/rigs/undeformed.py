@@ -19,7 +19,7 @@ from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.meshes import dimensions
 from dolfingrip.meshes.bisection import divided
 from dolfingrip.meshes.free_form import FreeForm, bent
-from dolfingrip.meshes.groups import SYMMETRY
+from dolfingrip.meshes.groups import BODY, NEEDED, SYMMETRY
 from dolfingrip.meshes.morph import MorphMap, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import (
@@ -161,7 +161,8 @@ def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
     if config.mesh.file is not None:
         from dolfingrip.meshes import files
 
-        mesh = files.read(config.mesh.file)
+        needed = NEEDED if config.geometry.cavities() else BODY
+        mesh = files.read(config.mesh.file, needed)
         if SYMMETRY in mesh.facets and not config.mesh.half:
             mesh = mirrored(mesh)
         return divided(mesh, config.mesh.refine)

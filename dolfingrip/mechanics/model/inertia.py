@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, reduce
 from operator import add
 from typing import Final
@@ -12,6 +13,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
+from ufl.core.expr import Expr
 
 from dolfingrip.forms import inertia
 from dolfingrip.mechanics.model.assembly import to_assemble
@@ -23,6 +25,25 @@ T_MM3: Final = 1e-12
 """t/mm³ per kg/m³."""
 
 
+@dataclass(frozen=True, slots=True)
+class FaceMass:
+    """A mass that is fixed to a face and turns with it.
+
+    Attributes:
+        density_t_mm2: mass by the face's undeformed area.
+        lever_mm: distance of its centre from the face, outwards.
+        area: measure of the face.
+    """
+
+    density_t_mm2: Expr
+    lever_mm: Expr
+    area: ufl.Measure
+
+    def moved(self, u: Expr) -> Expr:
+        """Displacement of the mass by that of the solid, which it is linear in (mm)."""
+        return u + self.lever_mm * ufl.dot(ufl.grad(u), ufl.FacetNormal(self.area.ufl_domain()))
+
+
 class Inertia(Memory):
     """The velocity and acceleration of a solid; see :mod:`dolfingrip.forms.inertia`.
 
@@ -32,6 +53,7 @@ class Inertia(Memory):
         u: displacement (mm).
         domain: reference configuration.
         densities_kg_m3: by the names of parts, none for the whole.
+        masses: fixed to its faces.
         alpha: α of the scheme.
         error_mm: error of a step that is allowed.
         from_s: time up to which it does nothing, as long as the solid moves quasi-statically.
@@ -46,6 +68,7 @@ class Inertia(Memory):
         u: fem.Function,
         domain: Domain,
         densities_kg_m3: Mapping[tuple[str, ...], float],
+        masses: Sequence[FaceMass] = (),
         alpha: float = 0.0,
         error_mm: float = np.inf,
         from_s: float = 0.0,
@@ -63,10 +86,25 @@ class Inertia(Memory):
             for names, density in densities_kg_m3.items()
         ]
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
-        self._mass = reduce(add, (density * ufl.inner(v, w) * dx for density, dx in parts))
+        fixed = [(each, each.moved(v), each.moved(w)) for each in masses]
+        self._mass = reduce(
+            add,
+            [
+                *(density * ufl.inner(v, w) * dx for density, dx in parts),
+                *(one.density_t_mm2 * ufl.inner(a, b) * one.area for one, a, b in fixed),
+            ],
+        )
+        ahead, stiffness = self._ahead, self._stiffness
         self.energy: ufl.Form = reduce(
             add,
-            (inertia.energy(u, self._ahead, each, self._stiffness) * dx for each, dx in parts),
+            [
+                *(inertia.energy(u, ahead, each, stiffness) * dx for each, dx in parts),
+                *(
+                    inertia.energy(each.moved(u), each.moved(ahead), each.density_t_mm2, stiffness)
+                    * each.area
+                    for each in masses
+                ),
+            ],
         )
 
     @cached_property
