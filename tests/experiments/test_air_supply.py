@@ -11,6 +11,7 @@ from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.result import Result
+from dolfingrip.mechanics.model.pneumatics import Restriction
 
 STEP = (
     "protocol.time_s=[0,0,0.1,0.3,3]",
@@ -63,7 +64,11 @@ def test_steps_follow_the_allowed_error() -> None:
 
 @pytest.mark.slow
 def test_a_leak_empties_a_tank() -> None:
-    """What a leak loses comes from the tank, and the balance holds, up and down again."""
+    """A leak's loss comes from the tank, and the balance holds, up and down again.
+
+    While the finger waits, its valve is open as far as ISO 6358 needs to let in what leaks. That
+    leaves out how much the tank's air has cooled, some per cent of 0.08 kPa.
+    """
     leaking = bent(
         small.short(
             "experiment.unload=true", "experiment.step_kPa=25", "experiment.hold_s=1",
@@ -76,7 +81,12 @@ def test_a_leak_empties_a_tank() -> None:
     assert (np.diff(tank) <= 1e-9).all()
     assert np.abs(leaking.column("air_error")).max() < 1e-6
     held = leaking.column("pressure_kPa") == 50
-    assert inside[held][1:] == pytest.approx(49.6, abs=0.3)  # the band of 10 kPa, nearly closed
+    leak, valve = Restriction.orifice(0.1), Restriction(1e6, 0.3)
+    pressures = (inside[held][1:] + AMBIENT_KPA) / 1e3, (tank[held][1:] + AMBIENT_KPA) / 1e3
+    lost = [leak.flow(p, AMBIENT_KPA / 1e3) for p in pressures[0]]
+    opened = [valve.flow(source, p) for p, source in zip(*pressures, strict=True)]
+    lacking = 10 * np.array(lost) / opened  # of the band of 10 kPa, so that the valve lets in both
+    np.testing.assert_allclose(50 - inside[held][1:], lacking, atol=0.01)
     assert leaking.column("air_mg")[-1] < leaking.column("air_mg")[0]
 
 

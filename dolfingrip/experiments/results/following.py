@@ -9,7 +9,7 @@ import numpy as np
 from dolfingrip.channels import CAVITY_PRESSURE, PRESSURE, TIME
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.experiment import Readings
+    from dolfingrip.experiments.results.readings import Readings
 
 REACHED: Final = 0.95
 """Part of a pressure from which on it counts as reached."""
