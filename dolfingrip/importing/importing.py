@@ -13,9 +13,9 @@ import pandas as pd
 import tomlkit
 
 from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO, cavity_of_supply
+from dolfingrip.clock import Clock, by_motion
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table as measured
-from dolfingrip.diagnosis.data.clock import Clock, by_motion
 from dolfingrip.diagnosis.data.lab_setup import SetupFile
 from dolfingrip.diagnosis.data.table import (
     CONTROL,

@@ -53,7 +53,11 @@ class Termination:
 
 @contextmanager
 def interrupts_answered_by(handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
-    """Let the handler answer SIGINT, which only the main thread gets."""
+    """Let the handler answer SIGINT, which only the main thread gets.
+
+    Args:
+        handler: called with the signal's number and the frame, or one of signal's own.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from dolfingrip import clock as clocks
 from dolfingrip.channels import ANGLE, PRESSURE, TIME
+from dolfingrip.clock import Clock
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.data import clock as clocks
-from dolfingrip.diagnosis.data.clock import Clock
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import body as bodies
 from dolfingrip.tracking import plane, table

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.data import clock
+from dolfingrip import clock
 from dolfingrip.sections.errors import ConfigError
 
 LOG_S = np.arange(0.0, 40.0, 0.1)
