@@ -172,6 +172,7 @@ class Single:
         process.join(_EXPECTED)
         if process.is_alive():  # inside a factorisation, say
             process.kill()
+            process.join()
 
     def _listen(self, connection: Connection, process: BaseProcess) -> None:
         while True:
