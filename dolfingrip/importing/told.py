@@ -61,8 +61,8 @@ class Told:
             name, value = name.removeprefix("no_"), False
         elif name == "column":
             value = (*self.column, value)
-        elif kind := {float, Path}.intersection(get_args(get_type_hints(Told)[name])):
-            value = kind.pop()(value)
+        elif float in get_args(get_type_hints(Told)[name]):
+            value = float(value)
         return replace(self, **{name: value})
 
     @classmethod
