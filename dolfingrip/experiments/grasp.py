@@ -116,6 +116,7 @@ class Grasp(Experiment):
 
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
+        config.release.refuse("a grasp")
         if config.supply is not None:
             raise ConfigError(f"supply = {PRESCRIBED}")
         dynamic, gripper = config.experiment.dynamic, config.gripper

@@ -21,6 +21,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.jobs.job import Data, content_key
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import AirLine
 
 FORMAT: Final = 2
 """Version of what an answer holds and a key means; to be raised where a request gives another
@@ -125,8 +126,13 @@ class Request:
         keys = None if gradients is None else tuple(gradients)
         if config.experiment.dynamic and not chosen.dynamic:
             raise ConfigError(f"experiment.dynamic = true: {chosen.command}: allowed: false")
-        if config.experiment.dynamic and (keys is not None or wanted.get("bands") is not None):
+        slopes = keys is not None or wanted.get("bands") is not None
+        if config.experiment.dynamic and slopes:
             raise ConfigError("experiment.dynamic = true: gradients, bands: allowed: false")
+        supplied = config.supply is not None and AirLine.felt_on(chosen.parts)
+        if supplied and (slopes or wanted.get("places")):
+            words = "allowed: without gradients, bands and readings at a place"
+            raise ConfigError(f"supply = a table: {words}")
         return cls(chosen, chosen.settings(config), keys, **wanted)
 
     @property

@@ -29,7 +29,7 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
         one_material: whether the program gets one material for all regions.
 
     Raises:
-        ConfigError: one line, where an effect, a film or trapped air would be lost.
+        ConfigError: one line, where an effect, a film, air or a release would be lost.
     """
     for effect in config.extensions.active():
         if not isinstance(effect, Adapting | Displaying):
@@ -41,6 +41,7 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
             raise ConfigError(f"{suffix}: no air in cavity.{name}; allowed: closed = false")
     if config.supply is not None:
         raise ConfigError(f"{suffix}: no supply of air; allowed: without [supply]")
+    config.release.refuse(suffix)
     if one_material and config.material.own:
         name = config.material.own[0]
         raise ConfigError(f"{suffix}: no material.{name}; allowed: one material")

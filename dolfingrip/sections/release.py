@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.section import Refusal, Role, Section
 
 
@@ -27,6 +28,23 @@ class Release(Section):
     def acts(self) -> bool:
         """Return whether the tip is held."""
         return self.held_x_mm is not None or self.load_x_N != 0
+
+    def refuse(self, who: str) -> None:
+        """Refuse a tip that is held and let go.
+
+        Args:
+            who: does not follow it.
+
+        Raises:
+            ConfigError: one line, if the tip is held.
+        """
+        if self.acts:
+            raise ConfigError(f"release.{self.key}: {who} lets go of no tip; allowed: without it")
+
+    @property
+    def key(self) -> str:
+        """Return the key that says how the tip is held."""
+        return "load_x_N" if self.held_x_mm is None else "held_x_mm"
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""

@@ -118,8 +118,7 @@ class Sections(Section):
         yield from self._loads_refused()
 
         if self.release.acts and not self.experiment.dynamic:
-            key = "load_x_N" if self.release.held_x_mm is None else "held_x_mm"
-            yield Refusal(f"release.{key}", "allowed: with experiment.dynamic = true")
+            yield Refusal(f"release.{self.release.key}", "allowed: with experiment.dynamic = true")
 
     def _kind_refused(self) -> Iterator[Refusal]:
         kind = self.finger.kind

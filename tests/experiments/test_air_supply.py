@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 from support import small
+from support.command import run_command
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
+from dolfingrip.experiments.request import Place, Request
 from dolfingrip.experiments.result import Result
 from dolfingrip.mechanics.model.pneumatics import Restriction
 
@@ -18,6 +23,10 @@ STEP = (
     "protocol.pressure_kPa=[0,50,50,50,50]",
 )
 """A sudden pressure of 50 kPa, and a wait until the finger has it."""
+
+
+LET_GO = ("release.load_x_N=0.1", "experiment.dynamic=true")
+"""A tip that is held before 0 s, and let go."""
 
 
 def bent(settings: Config) -> Result:
@@ -131,3 +140,52 @@ def test_experiments_that_prescribe_the_pressure_refuse_a_supply() -> None:
     for name in ("vibration", "push", "grasp"):
         with pytest.raises(ConfigError, match="supply = a table: the pressure is prescribed here"):
             run(name, small.short("supply.source=ideal"), comm=MPI.COMM_SELF)
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"gradients": ()},
+        {"bands": {}},
+        {"places": (Place("pressure_kPa", 20.0),)},
+    ],
+)
+def test_derivatives_and_readings_at_a_place_refuse_a_supply(wanted: dict[str, Any]) -> None:
+    """Before anything is computed; a coupon, which feels no supply, does not mind."""
+    supplied = small.short("supply.source=ideal")
+    with pytest.raises(ConfigError, match="supply = a table: allowed: without gradients, bands"):
+        Request.of("bending", supplied, **wanted)
+    assert Request.of("coupon", supplied, **wanted).config.supply is not None
+
+
+@pytest.mark.parametrize(
+    ("command", "further", "settings", "said"),
+    [
+        ("grasp", (), ("supply.source=ideal",), "supply = a table"),
+        ("robot", (), ("supply.source=ideal",), "supply = a table"),
+        ("push", (), ("supply.source=ideal",), "supply = a table"),
+        ("vibrate", (), ("supply.source=ideal",), "supply = a table"),
+        ("bend", ("--gradients",), ("supply.source=ideal",), "supply = a table"),
+        ("export", ("{out}/a.inp",), ("supply.source=ideal",), "no supply of air"),
+        ("export", ("{out}/a.inp",), LET_GO, "release.load_x_N"),
+        ("robot", (), LET_GO, "release.load_x_N"),
+        ("vibrate", (), LET_GO, "experiment.dynamic"),
+        ("grasp", (), LET_GO, "release.load_x_N"),
+    ],
+)
+def test_commands_refuse_what_they_would_not_follow(
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    command: str,
+    further: tuple[str, ...],
+    settings: tuple[str, ...],
+    said: str,
+) -> None:
+    """In one line, with exit code 2."""
+    options = [text for key in settings for text in ("--set", key)]
+    files = [text.format(out=tmp_path) for text in further]
+    folder = () if command == "export" else ("--out", tmp_path / "out")
+    assert run_command(command, *files, *options, *folder) == 2
+    error = capfd.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1

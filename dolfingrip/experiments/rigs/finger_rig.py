@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.channels import AMBIENT_KPA, LARGEST_STRETCH, supply_of
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config
 from dolfingrip.experiments import ballooning, protocol
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.results.doubts import of_law
@@ -245,8 +245,6 @@ class FingerRig(Rig):
     def perturbations(
         self, config: Config, parameters: Sequence[Parameter]
     ) -> Sequence[ParameterPerturbation]:
-        if self._finger.air is not None:
-            raise ConfigError("--gradients: allowed: without [supply]")
         return perturbations(parameters, config, self._finger)
 
     def foreseen(self, attempted: Mapping[str, float]) -> bool:
