@@ -206,6 +206,7 @@ def run_small_loop(
 def demo(args: DemoSettings) -> None:
     """Run both experiments on the reference finger and a small design loop, write a report."""
     resolved = configuration.load(args.config, args.overrides)
+    check_writable(args.out)
     screen = console()
     if args.loop:  # an older campaign of other settings is refused before minutes of solving
         designs = doe_commands.planned(DoeSettings(parameter=DESIGNS), coarsened(resolved))

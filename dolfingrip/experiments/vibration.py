@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
 from dolfingrip.channels import ANGLE, PRESSURE, Channel
 from dolfingrip.experiments.experiment import (
     MPI,
@@ -18,7 +16,6 @@ from dolfingrip.experiments.experiment import (
     Profile,
 )
 from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
-from dolfingrip.extensions.effect import Relaxing
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.finger_rig import FingerRig
@@ -48,7 +45,10 @@ DAMPINGS = tuple(
 
 def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
     """A function that returns frequencies and damping ratios at the present state, by column."""
+    import numpy as np
+
     from dolfingrip.experiments.rigs.materials import densities
+    from dolfingrip.extensions.effect import Relaxing
     from dolfingrip.mechanics.model.inertia import Inertia
     from dolfingrip.mechanics.newton.vibration import complex_frequencies
 

@@ -15,10 +15,11 @@ from dolfingrip.experiments import ballooning, protocol
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.results.doubts import of_law
 from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
+from dolfingrip.experiments.rigs.let_go import LetGo
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
 from dolfingrip.experiments.rigs.rig import Rig
-from dolfingrip.experiments.rigs.tip_load import LetGo, compliance_mm_per_N
+from dolfingrip.experiments.rigs.tip_load import compliance_mm_per_N
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile

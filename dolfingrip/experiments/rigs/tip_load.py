@@ -1,13 +1,11 @@
-"""Dead loads on the tip face, the finger's stiffness against them, and a hold that is let go."""
+"""Dead loads on the tip face, and the finger's stiffness against them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from dolfingrip.channels import Channel
-from dolfingrip.mechanics.model.state import Memory
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,7 +14,6 @@ if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
     from dolfingrip.mechanics.newton.newton import Newton
     from dolfingrip.mechanics.readings.reading import Reading
-    from dolfingrip.sections.release import Release
 
 AXES = "xy"
 
@@ -64,31 +61,6 @@ def dead_loads(site: Site) -> Additions:
         force = site.parameters[load(axis)] = site.fixed(0.0)
         loads.append(-force * per_area * site.u[i] * tip)
     return Additions(loads=loads)
-
-
-class LetGo(Memory):
-    """The load along x that holds the tip's face, and fades from 0 s on.
-
-    Args:
-        release: how long it takes to fade.
-
-    Attributes:
-        load_N: of the whole face, up to 0 s.
-    """
-
-    def __init__(self, release: Release) -> None:
-        self._over_s = release.over_s
-        self.load_N = 0.0
-
-    def added(self, site: Site) -> Additions:
-        """Add the load to a finger."""
-        dead = dead_loads(site)
-        self._force = site.parameters[load("x")]
-        return replace(dead, memories=[self])
-
-    def set_time(self, time_s: float, step_s: float) -> None:
-        """Set the load at the step's end."""
-        self._force.value = self.load_N * min(max(1 - time_s / self._over_s, 0.0), 1.0)
 
 
 def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:

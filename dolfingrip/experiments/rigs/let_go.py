@@ -1,0 +1,39 @@
+"""A hold of the tip's face that is let go."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from dolfingrip.experiments.rigs.tip_load import dead_loads, load
+from dolfingrip.mechanics.model.state import Memory
+
+if TYPE_CHECKING:
+    from dolfingrip.experiments.rigs.finger import Additions
+    from dolfingrip.extensions.site import Site
+    from dolfingrip.sections.release import Release
+
+
+class LetGo(Memory):
+    """The load along x that holds the tip's face, and fades from 0 s on.
+
+    Args:
+        release: how long it takes to fade.
+
+    Attributes:
+        load_N: of the whole face, up to 0 s.
+    """
+
+    def __init__(self, release: Release) -> None:
+        self._over_s = release.over_s
+        self.load_N = 0.0
+
+    def added(self, site: Site) -> Additions:
+        """Add the load to a finger."""
+        dead = dead_loads(site)
+        self._force = site.parameters[load("x")]
+        return replace(dead, memories=[self])
+
+    def set_time(self, time_s: float, step_s: float) -> None:
+        """Set the load at the step's end."""
+        self._force.value = self.load_N * min(max(1 - time_s / self._over_s, 0.0), 1.0)
