@@ -24,12 +24,14 @@ TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true")
 DISSIPATIVE = [effect for effect in EFFECTS if effect.kind == "dissipative"]
 YIELDING = {"yield_strain": 0.005}
 """Below the small strains of this finger."""
+SLOW = {"lowest_Hz": 0.01, "highest_Hz": 1.0}
+"""A range of frequencies that has that of these cycles."""
 ONCE = ("mullins",)
 """What is softened does not soften again up to the same pressure."""
 
 
 def given(effect: type[Effect]) -> dict[type[Effect], dict[str, float]]:
-    return {effect: YIELDING if effect.name() == "permanent_set" else {}}
+    return {effect: {"permanent_set": YIELDING, "loss_factor": SLOW}.get(effect.name(), {})}
 
 
 def felt(effect: type[Effect]) -> tuple[str, ...]:

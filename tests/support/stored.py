@@ -1,10 +1,11 @@
 """Readings that one rank found, which any number of ranks must find again.
 
 ``stored.json`` was written at commit 14eda85; the stone's part later, when the test had taken
-another shape, and the height of food in a gripper, when it was a new column. Where a change of the
-model is meant to change figures, ``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes
-them anew, on one rank. Tetrahedra differ between versions of Gmsh; what was found on those of
-another version than Debian's, on PyPI's stack, stands beside it.
+another shape, the height of food in a gripper, when it was a new column, and all other than elastic
+effects, when two joined them and what has weight came to rest relaxed. Where a change of the model
+is meant to change figures, ``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes them
+anew, on one rank. Tetrahedra differ between versions of Gmsh; what was found on those of another
+version than Debian's, on PyPI's stack, stands beside it.
 """
 
 from __future__ import annotations
