@@ -17,8 +17,7 @@ from dolfingrip.experiments.experiment import (
     Readings,
 )
 from dolfingrip.experiments.protocol import Stop, pressure_stops
-from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.supply import PRESCRIBED
+from dolfingrip.sections.supply import refuse_supply
 from dolfingrip.sections.units import doubted
 
 if TYPE_CHECKING:
@@ -98,8 +97,7 @@ class WholeFingerExperiment(FingerExperiment):
     gradients: ClassVar = False
 
     def settings(self, config: Config) -> Config:
-        if config.supply is not None:
-            raise ConfigError(f"supply = {PRESCRIBED}")
+        refuse_supply(config.supply)
         return config.changed(mesh={"half": False})
 
 

@@ -26,7 +26,7 @@ from dolfingrip.experiments.experiment import (
 from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import Stop, grasp_stops, lift_starts_s
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.supply import PRESCRIBED
+from dolfingrip.sections.supply import refuse_supply
 
 COARSE_MM: Final = 8.4
 """Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
@@ -117,8 +117,7 @@ class Grasp(Experiment):
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
         config.release.refuse("a grasp")
-        if config.supply is not None:
-            raise ConfigError(f"supply = {PRESCRIBED}")
+        refuse_supply(config.supply)
         dynamic, gripper = config.experiment.dynamic, config.gripper
         if dynamic and gripper.lift_acceleration_m_s2 is None:
             raise ConfigError(

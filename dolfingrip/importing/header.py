@@ -11,7 +11,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Final
 
-from dolfingrip.channels import CHANNELS
+from dolfingrip.channels import AMBIENT_KPA, CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.table import IGNORED, MEASURED, near, of_any_number
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
@@ -28,9 +28,6 @@ UNNAMED: Final = "its name is not known"
 
 DOUBTFUL: Final = "its name may be that of another number"
 """Why a column is not certain that may be a scatter, a multiple or a prediction of a quantity."""
-
-AIR_KPA: Final = 101.325
-"""The standard atmosphere."""
 
 DATED: Final = {f"time_{order}": order for order in ORDERS}
 """Columns of dates by their order of day, month and year."""
@@ -374,7 +371,7 @@ def recognise(header: str) -> Recognised:
     bare, zero = level(unit or "kPa")
     called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(absolute["words"]))
     if (called or zero == "absolute") and kinds in (["pressure"], ["suction"], []):
-        air = float(_registry().Quantity(AIR_KPA, "kPa").to(_units(bare)[0].units).magnitude)
+        air = float(_registry().Quantity(AMBIENT_KPA, "kPa").to(_units(bare)[0].units).magnitude)
         why = "a pressure above vacuum; subtract that of the air"
         return Recognised(header, (), why, ((f"-{air:.5g}", f"pressure_{bare}"),))
     if len(kinds) == 1 and kinds[0] in WITHOUT_UNIT:

@@ -12,14 +12,25 @@ from typing import Any, ClassVar, Final, Literal
 from pydantic import Field, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.section import FINGERS, Numbers, Ratio, Refusal, Role, Section, outside
 
 FILE: Final = Path(__file__).with_name("boards.toml")
 """The boards by name, each with its source."""
 
 
-PRESCRIBED: Final = "a table: the pressure is prescribed here; allowed: with bend, force and cycle"
-"""Why an experiment refuses a supply of air."""
+def refuse_supply(supply: AirLine | None) -> None:
+    """Refuse a supply of air where the pressure is prescribed.
+
+    Args:
+        supply: of the configuration.
+
+    Raises:
+        ConfigError: one line, if there is one.
+    """
+    if supply is not None:
+        why = "the pressure is prescribed here; allowed: with bend, force and cycle"
+        raise ConfigError(f"supply = a table: {why}")
 
 
 @cache

@@ -21,12 +21,11 @@ import pandas as pd
 
 from dolfingrip.files import xml
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.units import UNITS_MM
 
 MOST_BYTES: Final = 200_000_000
-MM: Final = {
-    "mm": 1.0, "cm": 10.0, "m": 1e3, "in": 25.4,
-    "millimeters": 1.0, "centimeters": 10.0, "meters": 1e3, "inches": 25.4,
-}  # fmt: skip
+_WORDS: Final = {"millimeters": "mm", "centimeters": "cm", "meters": "m", "inches": "in"}
+MM: Final = UNITS_MM | {word: UNITS_MM[unit] for word, unit in _WORDS.items()}
 """Millimetres in a unit."""
 _AXIS: Final = re.compile(r"(?:pixel)?([xyz]|likelihood)")
 _NAMED_AXIS: Final = re.compile(r"(.+?)[ _.:-]+([xyz])\W*(\w*)\W*", re.IGNORECASE)

@@ -14,6 +14,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from dolfingrip.channels import AMBIENT_KPA
+
 REFERENCE_MPA: Final = 0.1
 """Pressure of the reference atmosphere of ISO 8778, at 20 °C."""
 MG_PER_MM3: Final = 1.185e-3
@@ -146,7 +148,7 @@ class Line:
     duty: float = 1.0
     band_MPa: float = 0.01
     at_cavity: bool = False
-    ambient: float = 0.101325
+    ambient: float = AMBIENT_KPA / 1000
 
     def opening(self, lacking: float) -> tuple[float, float]:
         """Parts of valve and exhaust that are open.
