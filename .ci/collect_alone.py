@@ -41,5 +41,6 @@ class Alone:
 
 
 if __name__ == "__main__":
-    options = ["--collect-only", "-qq", "-n", "0", "-m", "", str(ROOT / "tests")]
+    options = ["--collect-only", "-qq", "-n", "0", "-m", ""]
+    options += [str(ROOT / "tests"), str(ROOT / "benchmarks" / "tests")]
     sys.exit(pytest.main(options, plugins=[Alone()]))

@@ -3,3 +3,9 @@
 ``scripts/benchmark`` runs this. Each run is a separate process (:mod:`benchmarks.job`). Its outcome
 is kept in ``benchmarks/outcomes``, from which ``benchmarks/results.md`` is written.
 """
+
+import sys
+from pathlib import Path
+
+# what tests and benchmarks share stands in tests/support
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))

@@ -1,16 +1,13 @@
-"""CalculiX (https://www.calculix.de): decks of free bending, a run, and what it printed."""
+"""CalculiX (https://www.calculix.de): decks of free bending, and how far their tips went."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
+from support.calculix import Printed, printed
+from support.tip import mean_displacement
 
-from benchmarks.measure import calculix
-from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
 from dolfingrip.meshes.abaqus import deck
 from dolfingrip.meshes.groups import CAVITY, CLAMP, SOLID, SYMMETRY, TIP
@@ -66,59 +63,6 @@ def read_tip(path: Path, mesh: SolidMesh) -> tuple[float, np.ndarray]:
     """
     *_, last = Printed("displacements", 0.0, np.empty((0, 4))), *printed(path)
     return last.time_s, mean_displacement(mesh, last.on(mesh))
-
-
-class Printed(NamedTuple):
-    """A block of numbers in a ``.dat`` file.
-
-    Attributes:
-        what: first word of its heading, such as ``displacements``, ``forces`` or ``stresses``.
-        time_s: of the increment.
-        rows: number of node or element, and values.
-    """
-
-    what: str
-    time_s: float
-    rows: np.ndarray
-
-    def on(self, mesh: SolidMesh) -> np.ndarray:
-        """Return the values at all points of a mesh, (n, 3); NaN where none were printed.
-
-        Args:
-            mesh: whose nodes the rows are of, numbered from 1.
-        """
-        found = np.full_like(mesh.points, np.nan)
-        found[self.rows[:, 0].astype(int) - 1] = self.rows[:, 1:]
-        return found
-
-
-def printed(path: Path) -> Iterator[Printed]:
-    """Read the blocks of a ``.dat`` file in turn.
-
-    Args:
-        path: of the file.
-    """
-    for block in filter(str.strip, re.split(r"\n(?= [a-z])", path.read_text(encoding="utf-8"))):
-        heading, *rows = filter(None, map(str.split, block.splitlines()))
-        yield Printed(heading[0], float(heading[-1]), np.array(rows, dtype=float))
-
-
-def solve(deck: Path) -> Path:
-    """Run CalculiX on one core.
-
-    Args:
-        deck: ``….inp``, whose folder takes the results.
-
-    Returns:
-        The ``.dat`` file.
-
-    Raises:
-        RuntimeError: CalculiX gave up.
-    """
-    said = calculix(deck, "ccx").read_text(encoding="utf-8")
-    if "*ERROR" in said or "Job finished" not in said:
-        raise RuntimeError(f"{deck}: CalculiX gave up: {said[-500:]}")
-    return deck.with_suffix(".dat")
 
 
 def iterations(path: Path) -> dict[str, int]:

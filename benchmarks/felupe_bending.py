@@ -10,8 +10,8 @@ import felupe
 import numpy as np
 from felupe.quadrature import Scheme
 from scipy.sparse.linalg import spsolve, use_solver
+from support.tip import mean_displacement
 
-from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes.cells import TETRAHEDRON

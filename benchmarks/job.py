@@ -59,7 +59,7 @@ def bending(spec: dict[str, Any]) -> dict[str, Any]:
 
 def cook(spec: dict[str, Any]) -> dict[str, Any]:
     """Cook's membrane; a load path that ends early is an outcome, too."""
-    from benchmarks.cook import shear
+    from support.cook import shear
 
     return shear(spec["element"], spec["cells"], spec["nu"])
 

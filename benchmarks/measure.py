@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from support.calculix import run as calculix
+
 from benchmarks.job import MARK
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -84,29 +86,6 @@ def run(spec: dict[str, Any], *, pinned: bool = True) -> dict[str, Any]:
         "process_processor_s": usage.ru_utime + usage.ru_stime,
         "load": [before, os.getloadavg()[0]],
     }
-
-
-def calculix(deck: Path, *command: str) -> Path:
-    """Run a deck by CalculiX on one core.
-
-    Args:
-        deck: ``….inp``, whose folder takes the results.
-        command: that starts CalculiX.
-
-    Returns:
-        What CalculiX said, ``….log``; its exit code says little.
-    """
-    said = deck.with_suffix(".log")
-    with said.open("w", encoding="utf-8") as log:
-        subprocess.run(
-            [*command, deck.stem],
-            cwd=deck.parent,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-            stdout=log,
-            stderr=log,
-            check=False,
-        )
-    return said
 
 
 def run_calculix(command: str, deck: Path) -> dict[str, Any]:

@@ -181,8 +181,8 @@ def _incompressible(found: Found) -> Iterator[str]:
     yield "## Near-incompressible"
     yield ""
     yield (
-        f"Cook's membrane at finite strain, ν = {COOK_NU} (`benchmarks/cook.py`; literature: the "
-        f"corner rises by 6.9 mm), and the free finger at 25 kPa, ν = {FINGER_NU}. Errors are "
+        f"Cook's membrane at finite strain, ν = {COOK_NU} (`tests/support/cook.py`; literature: "
+        f"the corner rises by 6.9 mm), and the free finger at 25 kPa, ν = {FINGER_NU}. Errors are "
         "against the mixed element's finest mesh, the last line of each."
     )
     yield ""

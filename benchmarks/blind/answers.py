@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from support.hidden_coupon import PROTOCOLS as COUPONS
+
 from benchmarks.blind import frozen
-from benchmarks.blind.coupons.coupon import PROTOCOLS as COUPONS
 from benchmarks.blind.fingers.finger import PROTOCOLS as FINGERS
 from benchmarks.blind.frozen import FrozenCase
 from benchmarks.blind.said import rows

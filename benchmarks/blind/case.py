@@ -12,7 +12,6 @@ import scipy.linalg
 from dolfingrip.config import Change
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.extensions.index import effect
 
 SEEN: Final = 6.0
 """Standard deviations from which on something is hidden."""
@@ -83,16 +82,6 @@ def ordinary(
 ) -> np.ndarray:
     """ζ of a cause's numbers, drawn from the ordinary part of their priors alone."""
     return truncated(rng, np.clip(cause.box(), -reach, reach), width)
-
-
-def stiffened(causes: Change, modulus: float) -> Change:
-    """Return the change to causes whose moduli follow the material's factor."""
-    found = {}
-    for key, value in causes.items():
-        _, name, number = key.split(".")
-        by = modulus if effect(name).is_modulus(number) else 1.0
-        found[key] = [by * each for each in value] if isinstance(value, list) else by * value
-    return found
 
 
 def after_modulus(change: np.ndarray, by_modulus: np.ndarray) -> float:

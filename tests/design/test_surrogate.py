@@ -14,8 +14,8 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import numpy as np
 import pytest
 from support import stand_in
+from tools.fuzz import damaged
 
-from benchmarks.fuzz import damaged
 from dolfingrip.config import ConfigError
 from dolfingrip.design.surrogate import surrogate, table
 from dolfingrip.design.surrogate.surrogate import OutsideRange, load

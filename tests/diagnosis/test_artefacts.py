@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from support import blind_coupons
 from support.delivered import delivered
+from support.hidden_coupon import Truth
 from support.softening_coupons import TRAVEL_mm, diagnosed, force_N, measured
-
-from benchmarks.blind.coupons.coupon import Truth
 
 BEFORE, AFTER = 9, 10
 """Rows of each test between which something slips."""

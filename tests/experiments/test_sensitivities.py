@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import small
+from support import differences, small
 
-from benchmarks import sensitivities
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
@@ -34,7 +33,7 @@ ELASTIC, LASTING = 1e-5, 1e-3
 
 def settings(*overrides: str) -> Config:
     """A short finger, solved to rounding."""
-    return config.load(None, assignments([*sensitivities.SHORT, *overrides]))
+    return config.load(None, assignments([*differences.SHORT, *overrides]))
 
 
 def direction(parameters: list[Parameter], *, forwards: bool = False) -> dict[Parameter, float]:
@@ -49,7 +48,7 @@ def along(
     slopes: list[dict[str, int | float | str]], way: Mapping[Parameter, float]
 ) -> list[dict[str, float]]:
     """Rows of the derivatives in a direction."""
-    parts = [sensitivities.by_parameter(slopes, p.key, rate) for p, rate in way.items()]
+    parts = [differences.by_parameter(slopes, p.key, rate) for p, rate in way.items()]
     return [
         {name: sum(part[i][name] for part in parts) for name in row}
         for i, row in enumerate(parts[0])
@@ -61,12 +60,12 @@ def along(
     ("experiment", "overrides", "allowed"),
     [
         ("bending", ("extensions.gravity_pitch.pitch_deg=-40", *TO_50_kPa,
-                     *sensitivities.INSTRUMENTS[:3]), ELASTIC),
-        ("blocked_force", (*sensitivities.BLOCKED, *sensitivities.COMPLIANT), ELASTIC),
+                     *differences.INSTRUMENTS[:3]), ELASTIC),
+        ("blocked_force", (*differences.BLOCKED, *differences.COMPLIANT), ELASTIC),
         ("bending", ("extensions.prony={}", "extensions.line_lag={}", "extensions.angle_lag={}",
-                     *sensitivities.CYCLES), LASTING),
+                     *differences.CYCLES), LASTING),
         ("blocked_force", ("extensions.plate_friction={}", "plate.tilt_deg=5",
-                           *sensitivities.CYCLES), LASTING),
+                           *differences.CYCLES), LASTING),
         ("bending", (*VOLUME, "extensions.wall_offset={}"), ELASTIC),
         ("blocked_force", (*VOLUME, "extensions.prony={}", "extensions.plate_compliance={}",
                            "plate.tilt_deg=5", "experiment.unload=true"), LASTING),
@@ -77,12 +76,12 @@ def along(
 def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: float) -> None:
     at = settings(*overrides)
     parameters = chosen(at, None)
-    base, slopes = sensitivities.derivatives(experiment, at, parameters)
+    base, slopes = differences.derivatives(experiment, at, parameters)
     way = direction(parameters)
     found = along(slopes, way)
     # the scale of a direction of so many parameters is that of their number's root
     scale = 0.3 * np.sqrt(len(parameters) / 3)
-    worst, column = sensitivities.error(base, found, sensitivities.difference(experiment, at, way))
+    worst, column = differences.error(base, found, differences.difference(experiment, at, way))
     print("largest error", worst / scale, column, "of", len(parameters), "parameters")
     assert worst / scale < allowed
 
@@ -102,14 +101,14 @@ def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> No
     at = settings(*neutral)
     keys = [text.partition("=")[0] for text in neutral[:6]]
     parameters = find(at, keys)
-    base, slopes = sensitivities.derivatives("bending", at, parameters)
+    base, slopes = differences.derivatives("bending", at, parameters)
     for parameter in parameters:
         step = 0.01 * parameter.scale
         runs = [
-            sensitivities.rows("bending", at, parameter.at(at, parameter.value(at) + k * step))
+            differences.rows("bending", at, parameter.at(at, parameter.value(at) + k * step))
             for k in (1, 2)
         ]
-        found = sensitivities.by_parameter(slopes, parameter.key, 1.0)
+        found = differences.by_parameter(slopes, parameter.key, 1.0)
         expected = [
             (-1.5 * row["angle_deg"] + 2 * a["angle_deg"] - 0.5 * b["angle_deg"]) / step
             for row, a, b in zip(base, *runs, strict=True)

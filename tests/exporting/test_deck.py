@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import ufl
 from support import hexagon
+from support.calculix import Printed, printed, solve
 from support.small import SHORT
+from support.tip import mean_displacement
 
-from benchmarks.calculix import Printed, printed, solve
-from benchmarks.tip import mean_displacement
 from dolfingrip import config, experiments
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.undeformed import elements

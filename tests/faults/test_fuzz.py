@@ -7,8 +7,8 @@ import random
 from pathlib import Path
 
 import pytest
+from tools import fuzz
 
-from benchmarks import fuzz
 from dolfingrip.files.whole import WriteError
 from dolfingrip.meshes.adoption.adopt import adopt
 from dolfingrip.meshes.adoption.roles import Asked

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from petsc4py import PETSc
-from support import small, taylor
+from support import cook, small, taylor
 
-from benchmarks import cook
 from dolfingrip.config import Solver
 from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.observation import Observation

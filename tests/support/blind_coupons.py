@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from support.hidden_coupon import PROTOCOLS, Truth, configured, measured, write
 
-from benchmarks.blind.coupons.coupon import PROTOCOLS, Truth, configured, measured, write
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as of
 from dolfingrip.diagnosis.data import measurement

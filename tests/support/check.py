@@ -22,6 +22,8 @@ from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 PACKAGE: Final = ("dolfingrip", "forms", "meshes")
+TESTS: Final = ("tests", "benchmarks/tests")
+"""Folders of tests; benchmarks have their own."""
 
 KINDS: Final = {
     "dolfingrip/sections/laws": (
@@ -96,7 +98,7 @@ def select(changed: Iterable[str], root: Path = ROOT) -> Selection:
     names: set[str] = set()
     for name in changed:
         path = Path(name)
-        if path.match("tests/**/test_*.py") or path.match("tests/test_*.py"):
+        if path.match("test_*.py") and any(path.is_relative_to(folder) for folder in TESTS):
             if (root / path).exists():
                 files.add(name)
             continue
@@ -141,7 +143,8 @@ def importing(path: Path, root: Path) -> set[str]:
     module = ".".join(parts if parts[0] == "dolfingrip" else ("dolfingrip", *parts))
     return {
         str(file.relative_to(root))
-        for file in sorted((root / "tests").rglob("test_*.py"))
+        for folder in TESTS
+        for file in sorted((root / folder).rglob("test_*.py"))
         if module.removesuffix(".__init__") in imports(file)
     }
 
@@ -243,7 +246,7 @@ def main() -> int:
             call = call[: call.index("-k")]
         passed.append(step("tests", sys.executable, "-m", "pytest", "-q", *call))
         ran += collected(call)
-    left = tests_in(ROOT / "tests")
+    left = sum(tests_in(ROOT / folder) for folder in TESTS)
     print(f"{ran} tests were run here; CI runs all of the {left} test functions, slow ones too")
     return 0 if all(passed) else 1
 

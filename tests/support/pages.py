@@ -5,8 +5,8 @@ A comment before a block says what is special about it: parts that are separated
 | part | meaning |
 |---|---|
 | ``in tests: SIZES`` | the tests run it, with these options added to its last command |
-| ``dear: SIZES`` | ``benchmarks/documentation.py`` adds these, as the whole takes too long |
-| ``not in tests: REASON`` | only ``benchmarks/documentation.py`` runs it |
+| ``dear: SIZES`` | ``tests/tools/documentation.py`` adds these, as the whole takes too long |
+| ``not in tests: REASON`` | only ``tests/tools/documentation.py`` runs it |
 | ``not run: REASON`` | nothing here runs it |
 | ``file: NAME`` | its text is written to this file |
 | ``read by: COMMAND`` | what reads this file |

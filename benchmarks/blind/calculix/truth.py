@@ -16,10 +16,10 @@ from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from support.calculix import printed, solve
+from support.tip import area_vector
 
 from benchmarks.blind.said import rows
-from benchmarks.calculix import printed, solve
-from benchmarks.tip import area_vector
 from dolfingrip import config as configuration
 from dolfingrip.channels import ANGLE, FORCE, PRESSURE
 from dolfingrip.config import Config

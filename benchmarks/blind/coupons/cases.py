@@ -9,6 +9,9 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
+from support import hidden_coupon
+from support.hidden_coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
+from support.stiffened import stiffened
 
 from benchmarks.blind.case import (
     FAR,
@@ -20,12 +23,9 @@ from benchmarks.blind.case import (
     is_wide,
     names_of,
     ordinary,
-    stiffened,
     strength,
     truncated,
 )
-from benchmarks.blind.coupons import coupon
-from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
 from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysis import Analysis
@@ -51,7 +51,7 @@ SEEDS: Final = {"development": 101, "confirmation": 466920, "prior": 77}
 """Of the sets: one to mend the analyser on, one for figures alone, one from the priors."""
 
 NUISANCES: Final = ("coupon_slack_mm", "coupon.gauge_length_mm", "modulus")
-SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
+SLACK_STD_mm: Final = hidden_coupon.SLACK_mm * 0.5**0.5
 
 
 Kept = dict[str, tuple[np.ndarray, list[Tangents]]]
@@ -65,26 +65,30 @@ class Strength:
         protocol: of the coupons.
     """
 
-    def __init__(self, protocol: coupon.Protocol) -> None:
+    def __init__(self, protocol: hidden_coupon.Protocol) -> None:
         self._protocol = protocol
         self._quiet = self._readings(Truth())
-        slack = (self._readings(Truth(slack_mm=coupon.SLACK_mm)) - self._quiet) / coupon.SLACK_mm
-        gauge = GAUGE_STD_mm / coupon.GAUGE_mm
+        slack = (
+            self._readings(Truth(slack_mm=hidden_coupon.SLACK_mm)) - self._quiet
+        ) / hidden_coupon.SLACK_mm
+        gauge = GAUGE_STD_mm / hidden_coupon.GAUGE_mm
         specimen = np.repeat(np.eye(protocol.specimens), np.count_nonzero(protocol.read), axis=1)
         self._told = {
             "coupon_slack_mm": [SLACK_STD_mm * slack],
             "coupon.gauge_length_mm": [self._readings(Truth(gauge=1 + gauge)) - self._quiet],
             "specimens": [
-                *(coupon.SCALE * self._quiet * each for each in specimen),
+                *(hidden_coupon.SCALE * self._quiet * each for each in specimen),
                 *(SLACK_STD_mm * slack * each for each in specimen),
             ],
         }
-        self._noise = np.diag(coupon.NOISE_N**2 + (slack * coupon.NOISE_mm) ** 2)
+        self._noise = np.diag(hidden_coupon.NOISE_N**2 + (slack * hidden_coupon.NOISE_mm) ** 2)
         self._by_modulus = self._readings(Truth(modulus=1.05)) - self._quiet
 
     def _readings(self, truth: Truth) -> np.ndarray:
         rng = np.random.default_rng(0)
-        return np.concatenate(coupon.measured(self._protocol, replace(truth, quiet=True), rng))
+        return np.concatenate(
+            hidden_coupon.measured(self._protocol, replace(truth, quiet=True), rng)
+        )
 
     def of(self, truth: Truth, own: str = "") -> float:
         """Standard deviations that readings change by, after modulus, rig and specimens.
@@ -134,10 +138,10 @@ class Bench:
         self.kept: Kept = {}
         self.strength = Strength(self.protocol)
         self.config = Config()
-        plain = coupon.measured(self.protocol, Truth(), np.random.default_rng(1))
-        self.plain = self.analysed(coupon.write(self.protocol, plain, scratch / "plain"))
+        plain = hidden_coupon.measured(self.protocol, Truth(), np.random.default_rng(1))
+        self.plain = self.analysed(hidden_coupon.write(self.protocol, plain, scratch / "plain"))
         self.quiet = np.concatenate(
-            coupon.measured(self.protocol, Truth(quiet=True), np.random.default_rng(0))
+            hidden_coupon.measured(self.protocol, Truth(quiet=True), np.random.default_rng(0))
         )
         self.level = CovarianceModel(self.plain.problem, 0.0)
         self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
@@ -173,7 +177,9 @@ class Bench:
     def unexplained(self, truth: Truth) -> float:
         """Length of what the best single cause leaves of readings without noise."""
         quiet = replace(truth, quiet=True)
-        seen = np.concatenate(coupon.measured(self.protocol, quiet, np.random.default_rng(0)))
+        seen = np.concatenate(
+            hidden_coupon.measured(self.protocol, quiet, np.random.default_rng(0))
+        )
         case = replace(self.plain.problem, value=seen)
         level = CovarianceModel(case, 0.0)
         zero = level.of(()).fit([np.zeros(case.nuisance_count)])
@@ -198,7 +204,7 @@ def frozen(bench: Bench, case: Case[Truth]) -> FrozenCase:
     numbers = {
         "modulus": truth.modulus * truth.area,
         "coupon_slack_mm": truth.slack_mm,
-        "coupon.gauge_length_mm": coupon.GAUGE_mm * truth.gauge,
+        "coupon.gauge_length_mm": hidden_coupon.GAUGE_mm * truth.gauge,
         **stiffened(truth.causes, truth.modulus),
     }
     left = case.sigma[0] if case.kind == "outsider" else None
@@ -227,7 +233,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
         factor = float(bench.plain.problem.factor.at(modulus))
     slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
-                  gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
+                  gauge=1 + GAUGE_STD_mm / hidden_coupon.GAUGE_mm * gauge)  # fmt: skip
     effects = tuple(filter(bench.usually_felt, bench.plain.causes))
     names: tuple[str, ...] = ()
     zeta: list[float] = []
@@ -283,7 +289,7 @@ def _with_outsider(
         if alone:
             left = bench.unexplained(only)
         else:
-            seen = coupon.measured(bench.protocol, only, np.random.default_rng(0))
+            seen = hidden_coupon.measured(bench.protocol, only, np.random.default_rng(0))
             left = bench.sigma(np.concatenate(seen) - bench.quiet)
         if left >= SEEN:
             return found, left
@@ -301,9 +307,9 @@ def _far(
     elif name == "modulus":
         truth = replace(truth, area=float(np.exp(MODULUS * size)), modulus=1.0)
     else:
-        truth = replace(truth, gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * size)
+        truth = replace(truth, gauge=1 + GAUGE_STD_mm / hidden_coupon.GAUGE_mm * size)
     quiet = replace(truth, quiet=True, area=1.0)
-    seen = coupon.measured(bench.protocol, quiet, np.random.default_rng(0))
+    seen = hidden_coupon.measured(bench.protocol, quiet, np.random.default_rng(0))
     return (
         truth,
         (name,),

@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from support import hidden_coupon
+from support.hidden_coupon import Truth
 
 from benchmarks.blind import said
 from benchmarks.blind.case import Case
-from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.cases import Bench, drawn, frozen
-from benchmarks.blind.coupons.coupon import Truth
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as diagnose
 from dolfingrip.diagnosis.core.decision import Decision, sensitivity
@@ -31,8 +31,8 @@ def bench(protocol: str, scratch: Path) -> said.Bench[Case[Truth]]:
 def measured(bench: Bench, scratch: Path, case: Case[Truth]) -> Path:
     """Measure a case and write it."""
     rng = np.random.default_rng((*case.seed, 1))
-    forces = coupon.measured(bench.protocol, case.truth, rng)
-    return coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
+    forces = hidden_coupon.measured(bench.protocol, case.truth, rng)
+    return hidden_coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
 
 
 def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> Diagnosis:
@@ -48,10 +48,12 @@ def exact(bench: Bench, case: Case[Truth], found: Diagnosis) -> Decision:
     same = specimen[:, None] == specimen
     signal = off.signal
     steep = off.shared[0].change / off.shared[0].std
-    true = np.diag(np.full(len(signal), coupon.NOISE_N**2) + (steep * coupon.NOISE_mm) ** 2)
-    true += coupon.SCALE**2 * np.outer(signal, signal) * same
-    true += coupon.SHAPE**2 * model.kernel * same
-    true += 0.5 * coupon.SLACK_mm**2 * np.outer(steep, steep) * same
+    true = np.diag(
+        np.full(len(signal), hidden_coupon.NOISE_N**2) + (steep * hidden_coupon.NOISE_mm) ** 2
+    )
+    true += hidden_coupon.SCALE**2 * np.outer(signal, signal) * same
+    true += hidden_coupon.SHAPE**2 * model.kernel * same
+    true += 0.5 * hidden_coupon.SLACK_mm**2 * np.outer(steep, steep) * same
     for each in off.shared:
         true += np.outer(each.change, each.change)
     known = replace(model, covariance=true, kernel=np.zeros_like(true))

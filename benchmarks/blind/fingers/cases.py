@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from support.stiffened import stiffened
 
 from benchmarks.blind import said
 from benchmarks.blind.case import (
@@ -20,7 +21,6 @@ from benchmarks.blind.case import (
     is_wide,
     names_of,
     ordinary,
-    stiffened,
     strength,
     truncated,
 )

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import scipy.linalg
 import tomlkit
+from support.stiffened import stiffened
 
-from benchmarks.blind.case import stiffened
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS

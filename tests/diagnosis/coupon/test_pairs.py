@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.blind_coupons import diagnosed
-
-from benchmarks.blind.coupons.coupon import Truth
+from support.hidden_coupon import Truth
 
 
 @pytest.mark.slow

@@ -1,9 +1,9 @@
 """Every code block of README and documentation, copied into an empty clone and run whole.
 
-    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation
-    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation README report  # these anew
+    scripts/run env PYTHONPATH=tests python -m tools.documentation
+    scripts/run env PYTHONPATH=tests python -m tools.documentation README report  # these anew
 
-writes ``benchmarks/documentation.csv``: a row for each block. Pages are run one by one in a clone
+writes ``tests/tools/documentation.csv``: a row for each block. Pages are run one by one in a clone
 of the last commit, emptied before each, and the blocks of a page one after another. A comment
 before a block says what is special about it (``tests/support/pages.py``). Blocks that are marked
 as dear take the sizes of their marks, those that need what a machine may lack are listed with the

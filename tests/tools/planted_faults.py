@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent
+ROOT = HERE.parents[1]
 LISTS = ("planted_faults", "mutants")
 COLUMNS = ("fault", "file", "what", "at_first", "now", "by")
 TEMPORARY = "dolfingrip-planted-"

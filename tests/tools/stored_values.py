@@ -1,11 +1,11 @@
 """Every reading of some small simulations, held to stored figures.
 
-    scripts/run python -m benchmarks.stored_values [--only CASE …] [--write]
+    scripts/run env PYTHONPATH=tests python -m tools.stored_values [--only CASE …] [--write]
 
 A change of the code that should not change results is checked by it: each figure is compared with
-``benchmarks/stored_values.csv``, relative to the largest of the case that has its unit. The figures
-are this code's own: they show a change, not correctness. ``--write`` replaces them. The cases
-have every effect of the catalogue.
+``tests/tools/stored_values.csv``, relative to the largest of the case that has its unit. The
+figures are this code's own: they show a change, not correctness. ``--write`` replaces them. The
+cases have every effect of the catalogue.
 It takes about three minutes of processor time.
 """
 
@@ -23,7 +23,7 @@ from dolfingrip.experiments import Result
 from dolfingrip.sections.tables import assignments
 
 TABLE = Path(__file__).with_suffix(".csv")
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 TOLERANCE = 1e-9
 """Relative change of a figure that counts as none. Newton's method ends at a relative residual of
 1e-8 and converges quadratically, so that its own error is smaller."""

@@ -1,6 +1,6 @@
 """Mutated input for every reader: what a damaged file, a wrong key or a hostile message leads to.
 
-    scripts/fuzz [--number 10000] [--seed 0] [--only READER…] [--out benchmarks/fuzz.csv]
+    scripts/fuzz [--number 10000] [--seed 0] [--only READER…] [--out tests/tools/fuzz.csv]
 
 Each mutation has a seed of its own, which is printed where one ends badly; `--seed S --number 1
 --only READER` repeats it. It ends in one of these ways:
@@ -48,7 +48,7 @@ from dolfingrip.sections.tables import assignments
 HANG_S: Final = 20
 MEMORY_BYTES: Final = 8 << 30
 """Address space that a reader may take; what takes more ends in a traceback."""
-EXAMPLES: Final = Path(__file__).parents[1] / "examples"
+EXAMPLES: Final = Path(__file__).parents[2] / "examples"
 FINGER: Final = {
     "mesh.size_mm": 8.0, "mesh.edge_size_mm": 8.0, "finger.length_mm": 38.0, "finger.bellows": 2,
     "experiment.max_pressure_kPa": 10.0, "experiment.step_kPa": 10.0,

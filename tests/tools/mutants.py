@@ -1,7 +1,7 @@
 """Draws mutants of the code with the operators of Cosmic Ray, as faults that can be planted.
 
     python -m venv VENV && VENV/bin/pip install cosmic-ray==8.7.0
-    VENV/bin/python benchmarks/mutants.py [--number 40] [--seed 53]
+    VENV/bin/python tests/tools/mutants.py [--number 40] [--seed 53]
 
 The list is ``mutants.toml``; ``scripts/plant-faults --list mutants`` runs the tests that concern
 each, and keeps the outcomes in ``mutants.csv``. A place of the code is drawn first, each as likely
@@ -23,7 +23,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 LIST = Path(__file__).with_name("mutants.toml")
 
 FILES = ["faults/test_whole.py", "faults/test_full_disk.py"]
@@ -141,7 +141,7 @@ def drawn(number: int, seed: int) -> Iterator[tuple[str, str, str, str]]:
 
 def main() -> None:
     """Draw the mutants, and write the list."""
-    parser = argparse.ArgumentParser(prog="benchmarks/mutants.py")
+    parser = argparse.ArgumentParser(prog="tests/tools/mutants.py")
     parser.add_argument("--number", type=int, default=40)
     parser.add_argument("--seed", type=int, default=53)
     asked = parser.parse_args()

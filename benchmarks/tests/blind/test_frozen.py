@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.hidden_coupon import NOISE_N, PROTOCOLS, Truth
 
 from benchmarks.blind import answers, frozen, score
 from benchmarks.blind.case import SEEN, strength
 from benchmarks.blind.coupons.cases import Strength
-from benchmarks.blind.coupons.coupon import NOISE_N, PROTOCOLS, Truth
 from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.diagnosis.data.measurement import read
 
@@ -46,7 +46,7 @@ def test_a_case_comes_back_as_it_was(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("protocol", list(frozen.protocols()))
 def test_committed_cases_are_measured_data(protocol: str, tmp_path: Path) -> None:
-    """Of each kind the first, so that the test takes a second."""
+    """Cases say what is hidden, and the first of each kind is measured data."""
     cases = frozen.cases(protocol)
     assert len({case.name for case in cases}) == len(cases)
     for case in cases:
@@ -84,7 +84,7 @@ def test_strengths_of_coupons_come_from_simulations_alone() -> None:
 
 
 def test_answers_are_scored_beside_the_truth(tmp_path: Path) -> None:
-    """Of committed cases, by answers that are written by hand."""
+    """Scores of committed cases, by answers that are written by hand."""
     one, nothing = (
         next(each for each in frozen.cases("pull") if each.kind == kind) for kind in ("one", "none")
     )

@@ -31,7 +31,7 @@ def invented(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
 
 
 def answered(points: list[Any], out: Path, shared: configuration.Config) -> None:
-    """What a campaign's workers would have stored."""
+    """Simulations as a campaign's workers would have stored them."""
     plan = grasp_sweep.plan(points, shared)
     out.mkdir()
     with Store(out, write=True) as store:

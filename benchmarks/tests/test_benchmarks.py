@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import ufl
-from support import hollow_box
+from support import hollow_box, tip
 
-from benchmarks import calculix, orders, outcomes, results, split_energy, tip
+from benchmarks import calculix, orders, outcomes, results, split_energy
 from benchmarks.parts import PARTS, REFERENCE_NODES
 from dolfingrip import config
 from dolfingrip.meshes.generate import finger_mesh
@@ -41,7 +41,7 @@ def blocks(deck: str) -> dict[str, list[str]]:
 
 
 def test_deck_has_the_mesh_and_the_loads(mesh: SolidMesh, tmp_path: Path) -> None:
-    """As many nodes, elements, loaded faces as the mesh has, in numbers that CalculiX reads."""
+    """The deck has as many nodes, elements and loaded faces as the mesh, in numbers it can read."""
     calculix.write_deck(tmp_path / "finger.inp", mesh, SMALL)
     deck = blocks((tmp_path / "finger.inp").read_text())
     assert len(deck["*NODE"]) == len(mesh.points)
@@ -109,7 +109,7 @@ def test_mean_of_a_linear_field(mesh: SolidMesh) -> None:
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_mean_on_quadrilaterals(order: int) -> None:
-    """Of x and, on second order, of x² and xz over the box's end: 4 and 64/3 mm², at z = 15 mm."""
+    """Means over the box's end, at z = 15 mm: of x² and xz 4 and 64/3 mm² on second order."""
     box = hollow_box.mesh(order)
     x = box.points
     assert tip.mean_displacement(box, x) == pytest.approx([4.0, 2.25, 15.0], rel=1e-12)

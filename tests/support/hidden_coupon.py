@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from support.stiffened import stiffened
 
-from benchmarks.blind.case import stiffened
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension

@@ -19,7 +19,7 @@ SEED = 4
 
 @pytest.fixture(scope="module")
 def shared() -> Config:
-    """What all fingers share."""
+    """Settings that all fingers share."""
     return robustness.base()
 
 
@@ -53,7 +53,7 @@ def test_a_longer_table_contains_the_shorter(points: list[Inputs], shared: Confi
 
 
 def test_impossible_fingers_are_left_out(points: list[Inputs], shared: Config) -> None:
-    """Those that the configuration refuses, and chambers of less than a millimetre."""
+    """Fingers that the configuration refuses, and chambers of less than a millimetre."""
     possible = {**points[0], "finger.bellows": 4, "finger.gap_mm": 1.0}
     assert robustness.possible(possible, shared)
     assert not robustness.possible({**possible, "finger.wall_mm": 20.0}, shared)
