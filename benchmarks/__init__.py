@@ -1,7 +1,7 @@
 """Speed, accuracy and memory of dolfingrip, and of its peers on the same meshes.
 
 ``scripts/benchmark`` runs this. Each run is a separate process (:mod:`benchmarks.job`). Its outcome
-is kept in ``benchmarks/outcomes``, from which ``benchmarks/results.md`` is written.
+is kept in ``out/benchmark``; ``benchmarks/results.md`` is written when all parts have been run.
 """
 
 import sys

@@ -3,10 +3,10 @@
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
 and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
 writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
-``design_tube.csv`` and ``design_tube.png``; ``gripper`` searches for finger and pose together and
-writes ``design_gripper.csv`` and ``design_gripper.png``; ``front`` compares what is learnt from
-gradients with what is learnt from the 208 designs of ``paper_designs.csv``, and writes
-``design_front.csv`` and ``design_front.png``. All go on where they were stopped.
+``design_tube.csv``; ``gripper`` searches for finger and pose together and writes
+``design_gripper.csv``; ``front`` compares what is learnt from gradients with what is learnt from
+the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv``. The last three draw
+pictures of these names in ``docs``. All go on where they were stopped.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ from dolfingrip.report.shape_change import draw_section
 from dolfingrip.report.skin import extract_skin
 
 HERE = Path(__file__).parent
+PICTURES = HERE.parent / "docs"
 EXAMPLES = HERE.parent / "examples"
 FINGER = EXAMPLES / "paper_finger.toml"
 PAPER = (EXAMPLES / "paper_design.toml").read_text(encoding="utf-8")
@@ -231,7 +232,7 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
     table.write(HERE / "design_tube.csv", found)
     print(*found, sep="\n", flush=True)
     meshes = one.best.shape.mesh, one.start.shape.mesh
-    draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", HERE / "design_tube.png")
+    draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", PICTURES / "design_tube.png")
     print(f"{one.ending}; simulations {one.seconds:.0f} s, steps {own_s:.0f} s of processor")
     run.write(run.facts(problem, one, None, 0.0), one, out)
     for each in one.trials:
@@ -273,7 +274,7 @@ def gripper(out: Path, pool: Pool) -> list[dict[str, Any]]:
             )
             print(found[-1], flush=True)
     table.write(HERE / "design_gripper.csv", found)
-    _draw_margins(found, list(made), HERE / "design_gripper.png")
+    _draw_margins(found, list(made), PICTURES / "design_gripper.png")
     print(f"{one.ending}; {one.simulations} grasps, {one.seconds:.0f} s")
     return found
 

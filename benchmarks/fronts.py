@@ -37,6 +37,7 @@ from dolfingrip.jobs.pool import Pool
 Floats = NDArray[np.float64]
 
 HERE = Path(__file__).parent
+PICTURES = HERE.parent / "docs"
 EXAMPLE = HERE.parent / "examples" / "paper_front.toml"
 MOST, HELD_OUT, SEED = 20, 40, 33
 COUNTS = (6, 8, 10, 12, 15, 20, 30, 40, 60, 100, 168)
@@ -138,7 +139,7 @@ def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
         row["stops_here"] = row["simulations"] == stops.simulations
     found += _by_values(reference)
     table.write(HERE / "design_front.csv", found)
-    _draw(found, HERE / "design_front.png")
+    _draw(found, PICTURES / "design_front_error.png")
     return found
 
 

@@ -6,7 +6,7 @@
 Sausages are pinched, potatoes stand between three fingers at α = 30°: the paper prints neither pose
 nor distances. The mesh is the coarse preset. A call resumes one that was killed.
 
-``grasp_sweep.csv`` has a row for each grasp, ``grasp_sweep.png`` the angles before the lift;
+``grasp_sweep.csv`` has a row for each grasp, ``docs/grasp_sweep.png`` the angles before the lift;
 ``--publish`` also writes both into the folder of this file.
 """
 
@@ -52,6 +52,7 @@ FAILED = "failure: "
 """Before the class of a grasp that ended early with nothing decided."""
 
 TABLE = Path(__file__).with_suffix(".csv")
+PICTURE = TABLE.parents[1] / "docs" / "grasp_sweep.png"
 
 Row = dict[str, Any]
 
@@ -181,12 +182,15 @@ def draw(rows: Sequence[Row], path: Path) -> None:
 
 
 def publish(rows: Sequence[Row], asked: argparse.Namespace) -> None:
-    """Write table, picture and summary into ``--out``; ``--publish``: also next to this file."""
+    """Write table, picture and summary into ``--out``; ``--publish``: also the committed ones."""
     asked.out.mkdir(parents=True, exist_ok=True)
-    for path in [asked.out / TABLE.name, *([TABLE] if asked.publish else [])]:
-        write_table(rows, path)
+    files = [(asked.out / TABLE.name, (asked.out / TABLE.name).with_suffix(".png"))]
+    if asked.publish:
+        files.append((TABLE, PICTURE))
+    for table, picture in files:
+        write_table(rows, table)
         if rows:
-            draw(rows, path.with_suffix(".png"))
+            draw(rows, picture)
     said = counted(rows, len(points()))
     (asked.out / "summary.md").write_text(said, encoding="utf-8")
     console().print(said, markup=False)

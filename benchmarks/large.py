@@ -3,7 +3,7 @@
     scripts/run python -m benchmarks.large [--only ELEMENT SIZE_mm SOLVER RANKS] [--draw]
 
 Each rank is a process of its own on one core. A run's row is added to ``benchmarks/large.csv``, in
-place of an earlier one of the same mesh, solver and number of ranks; ``benchmarks/large.png`` is
+place of an earlier one of the same mesh, solver and number of ranks; ``docs/large.png`` is
 drawn from the table. All of them take about 12 minutes of processor time, the largest model 5 GB.
 """
 
@@ -27,6 +27,7 @@ from dolfingrip.charts import theme
 from dolfingrip.files.run import RunFile
 
 TABLE = Path(__file__).with_suffix(".csv")
+PICTURE = TABLE.parents[1] / "docs" / "large.png"
 KEY = ("element", "size_mm", "solver", "ranks")
 COLUMNS = (*KEY, "dofs", "wall_s", "processor_s", "peak_MB", "forecast_MB", "iterations", "angle")
 SIZES = {"P2": ("2.8", "2", "1.25", "0.86", "0.61"), "S2": ("1", "2")}
@@ -110,7 +111,7 @@ def draw() -> None:
         for axes in panels:
             axes.legend(fontsize=7)
         figure.suptitle("Free bending to 50 kPa, one core", fontsize=9)
-        figure.savefig(TABLE.with_suffix(".png"))
+        figure.savefig(PICTURE)
 
 
 def wanted() -> Iterable[tuple[str, ...]]:

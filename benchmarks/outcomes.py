@@ -14,7 +14,7 @@ from typing import Any
 
 from benchmarks.measure import ROOT
 
-FOLDER = ROOT / "benchmarks" / "outcomes"
+FOLDER = ROOT / "out" / "benchmark"
 
 
 @dataclass(slots=True)

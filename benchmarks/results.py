@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import hypot, isnan
@@ -189,13 +190,19 @@ def _memory(found: Found) -> Line:
     return Line(what, "≤ 1.2 GB", f"{peak:.2f} GB", peak <= 1.2)
 
 
-def write(found: Found, path: Path) -> None:
-    """Write the page."""
+def write(found: Found, path: Path, pictures: Path) -> None:
+    """Write the page.
+
+    Args:
+        found: outcomes by part.
+        path: of the page.
+        pictures: folder of its pictures.
+    """
     table = [
         "| what | goal | measured | met |",
         "|---|---|---|---|",
         *(str(line) for line in lines(found)),
     ]
     text = ["# Benchmarks", "", sections.preamble(found, speed(found)), "", *table, ""]
-    text += sections.all_sections(found, path.parent)
+    text += sections.all_sections(found, os.path.relpath(pictures, path.parent))
     path.write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import isnan
-from pathlib import Path
 
 from benchmarks.convergence import QUANTITIES, limits, points
 from benchmarks.outcomes import Outcome
@@ -36,18 +35,18 @@ def preamble(found: Found, speed: float) -> str:
             f"{seconds:.1f} s, so they are multiplied by {speed:.2f}."
         )
     return (
-        "Written by `scripts/benchmark` from `benchmarks/outcomes`; medians of repeated runs, one "
+        "Written by `scripts/benchmark` from `out/benchmark`; medians of repeated runs, one "
         "at a time, each a separate process on one core with one thread, its forms compiled "
         "before. Seconds are of the whole run (mesh, setup, load path), Python's start-up left "
         f"out; where they exceed the processor time by far, the machine was busy. {machine}"
     )
 
 
-def all_sections(found: Found, folder: Path) -> Iterator[str]:
+def all_sections(found: Found, pictures: str) -> Iterator[str]:
     """The details, line by line."""
     yield from _runs(found)
-    yield from _convergence(found, folder)
-    yield from _growth(found, folder)
+    yield from _convergence(found, pictures)
+    yield from _growth(found, pictures)
     yield from _incompressible(found)
     yield from _circumstances(found)
 
@@ -114,7 +113,7 @@ def _calculix(found: Found) -> Iterator[str]:
     yield ""
 
 
-def _convergence(found: Found, folder: Path) -> Iterator[str]:
+def _convergence(found: Found, pictures: str) -> Iterator[str]:
     if "convergence" not in found:
         return
     best = limits(found["convergence"])
@@ -149,12 +148,11 @@ def _convergence(found: Found, folder: Path) -> Iterator[str]:
         f"wall there by default, and none smaller than elsewhere with {UNGRADED_MM:g}."
     )
     yield ""
-    if (folder / "error_time.png").exists():
-        yield "![error against time](error_time.png)"
-        yield ""
+    yield f"![error against time]({pictures}/error_time.png)"
+    yield ""
 
 
-def _growth(found: Found, folder: Path) -> Iterator[str]:
+def _growth(found: Found, pictures: str) -> Iterator[str]:
     if "growth" not in found:
         return
     yield "## Growth with dofs"
@@ -165,9 +163,8 @@ def _growth(found: Found, folder: Path) -> Iterator[str]:
         for dofs, seconds, peak in growth_points(found["growth"], element):
             yield f"| {element} | {dofs:,.0f} | {seconds:.1f} | {peak / 1000:.2f} |"
     yield ""
-    if (folder / "time_dofs.png").exists():
-        yield "![time against dofs](time_dofs.png)"
-        yield ""
+    yield f"![time against dofs]({pictures}/time_dofs.png)"
+    yield ""
 
 
 def _incompressible(found: Found) -> Iterator[str]:
