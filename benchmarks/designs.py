@@ -5,8 +5,8 @@ and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, 
 writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
 ``design_tube.csv``; ``gripper`` searches for finger and pose together and writes
 ``design_gripper.csv``; ``front`` compares what is learnt from gradients with what is learnt from
-the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv``. The last three draw
-pictures of these names in ``docs``. All go on where they were stopped.
+the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv``. The last three
+draw pictures in ``docs``. All go on where they were stopped.
 """
 
 from __future__ import annotations
