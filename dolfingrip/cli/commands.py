@@ -31,6 +31,7 @@ _ALL = (
     ),
     Subcommand("pickup", settings.PickupSettings, "pickup_commands:pickup"),
     Subcommand("friction", settings.FrictionSettings, "pickup_commands:friction"),
+    Subcommand("supply", settings.SupplySettings, "supply_command:supply"),
     Subcommand("adopt", settings.AdoptSettings, "adopt_command:adopt"),
     Subcommand("mesh", settings.MeshSettings, "shape_commands:mesh"),
     Subcommand("export", settings.ExportSettings, "export_command:export"),

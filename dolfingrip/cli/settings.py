@@ -294,6 +294,32 @@ class FrictionSettings(ConfiguredSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class SupplySettings(ConfiguredSettings):
+    """Find the commands of a supply of air with which a finger follows a curve.
+
+    commands.csv has the set point of a regulator, or the parts of each step in which valve and
+    exhaust are open, and the pressure that the cavity then has.
+
+    Example: dolfingrip supply wished.csv --set supply.source=tank
+    """
+
+    curve: Path = argument(
+        MISSING, "Curve: time_s with pressure_kPa or angle_deg, or a TOML of ramps.", "CURVE"
+    )
+    out: Path = _out(Path("out/supply"))
+    every_s: float | None = option(
+        None, "Length of a step; default: a 200th of the curve.", "--every", above=0
+    )
+    regulator: float | None = option(
+        None,
+        "Highest set point of an ideal source; default: the highest pressure of the curve.",
+        measured_in="kPa",
+        above=0,
+        most=LARGEST_PRESSURE_KPA,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class AdoptSettings:
     """Turn your own geometry into a finger: mesh, configuration and a picture.
 
@@ -873,7 +899,7 @@ class ExploreSettings(ConfiguredSettings):
 
 GROUPS: Final[Mapping[str, tuple[type, ...]]] = {
     "Simulate: dolfingrip bend --pressure 200 --render 0,200":
-        (DemoSettings, RunSettings, PickupSettings, FrictionSettings),
+        (DemoSettings, RunSettings, PickupSettings, FrictionSettings, SupplySettings),
     "Mesh, print and export: dolfingrip export finger.stl":
         (AdoptSettings, MeshSettings, ExportSettings, RobotSettings, MorphSettings),
     "Look up: dolfingrip config --set finger.wall_mm=1.8":

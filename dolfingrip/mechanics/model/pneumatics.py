@@ -134,6 +134,7 @@ class Line:
         band_MPa: what the gauge lacks where the valve is fully open.
         at_cavity: whether the gauge is at the cavity, else at the tube's valve.
         ambient: absolute pressure of the air around (MPa).
+        commanded: parts of valve and exhaust that are open; None: the gauge controls them.
     """
 
     valve: Restriction
@@ -149,6 +150,7 @@ class Line:
     band_MPa: float = 0.01
     at_cavity: bool = False
     ambient: float = AMBIENT_KPA / 1000
+    commanded: tuple[float, float] | None = None
 
     def opening(self, lacking: float) -> tuple[float, float]:
         """Parts of valve and exhaust that are open.
@@ -156,6 +158,8 @@ class Line:
         Args:
             lacking: what the gauge lacks of the prescribed pressure (MPa).
         """
+        if self.commanded is not None:
+            return self.commanded
         if self.pump is None and not self.tank_mm3:
             return self.duty, self.duty
         part = lacking / self.band_MPa

@@ -1,0 +1,344 @@
+"""Commands of a supply with which a finger follows a curve of pressure or angle.
+
+The finger is simulated once, at rest at each pressure: its cavity's volume and its angle follow
+from that. The air of the supply is then balanced with this volume at steps of equal length. At each
+step, valve and exhaust are opened as far as the curve asks for, or as far as they can.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+from dolfingrip.channels import ANGLE, CAVITY_VOLUME, PRESSURE, TIME
+from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.loop import run
+from dolfingrip.experiments.prediction import PressureCurve
+from dolfingrip.experiments.results.following import REACHED
+from dolfingrip.experiments.rigs.pneumatics import line_of
+from dolfingrip.mechanics.model.pneumatics import CAVITY, LEAST_MPA, REFERENCE_MPA, TUBE, Air, Line
+from dolfingrip.sections.errors import ConfigError, checked
+
+STOPS: Final = 12
+"""Pressures at which the finger is simulated."""
+
+FILLING_STEPS: Final = 50
+"""Steps in which choked valve and tube would fill the cavity."""
+
+LONGEST: Final = 50
+"""Times that: a supply that would need longer at its pace counts as never filling the cavity."""
+
+OPENING: Final = 1e-9
+"""Error of the part of a valve that is open."""
+
+
+@dataclass(frozen=True, slots=True)
+class RestingFinger:
+    """A finger at rest at each pressure of its cavity.
+
+    Attributes:
+        pressure_kPa: rising from 0 on, (n,).
+        volume_mm3: of the cavity there, (n,).
+        angle_deg: of the tip there, (n,).
+    """
+
+    pressure_kPa: np.ndarray
+    volume_mm3: np.ndarray
+    angle_deg: np.ndarray
+
+    def volume_at(self) -> Callable[[float], float]:
+        """Return the function of absolute pressure (MPa) that gives the volume (mm³)."""
+        inside = PchipInterpolator(self.pressure_kPa, self.volume_mm3)
+        ends = self.pressure_kPa[[0, -1]]
+        slopes = inside(ends, 1)
+
+        def volume(kPa: float) -> float:
+            nearest = min(max(kPa, ends[0]), ends[1])
+            slope = slopes[0] if kPa < ends[0] else slopes[1]
+            return float(inside(nearest) + slope * (kPa - nearest))
+
+        return volume
+
+
+@dataclass(frozen=True, slots=True)
+class Feedforward:
+    """Commands of a supply at equal times, and what the finger does by them.
+
+    Attributes:
+        time_s: ends of the steps, (n,).
+        wished_kPa: pressure that the cavity should have there, (n,).
+        reached_kPa: pressure that it has, (n,).
+        tube_kPa: pressure in the tube, (n,).
+        angle_deg: of the finger at rest at the pressure that is reached, (n,).
+        wished_deg: angle that it should have, (n,); None where a pressure is wished.
+        commands: by column: ``set_point_kPa`` of a regulator, or ``valve_open`` and
+            ``exhaust_open``, the parts of the step in which they are open, (n,).
+        cavity_mm3: volume of the cavity at rest.
+        best_s: time to fill it to 95 % of the highest wished pressure with the valve open all the
+            time; infinite: it never gets there.
+        highest_kPa: pressure that it has in the end with all open, of those up to the highest
+            wished one.
+    """
+
+    time_s: np.ndarray
+    wished_kPa: np.ndarray
+    reached_kPa: np.ndarray
+    tube_kPa: np.ndarray
+    angle_deg: np.ndarray
+    wished_deg: np.ndarray | None
+    commands: Mapping[str, np.ndarray]
+    cavity_mm3: float
+    best_s: float
+    highest_kPa: float
+
+    def rows(self) -> list[dict[str, float]]:
+        """Return the table's rows, by column."""
+        columns = {TIME.name: self.time_s, "wished_kPa": self.wished_kPa,
+                   "cavity_pressure_kPa": self.reached_kPa, "tube_kPa": self.tube_kPa}  # fmt: skip
+        if self.wished_deg is not None:
+            columns["wished_deg"] = self.wished_deg
+        columns |= {ANGLE.name: self.angle_deg, **self.commands}
+        lines = zip(*columns.values(), strict=True)
+        return [dict(zip(columns, map(float, line), strict=True)) for line in lines]
+
+    def sentences(self) -> list[str]:
+        """Return what to know of them: the fastest filling, and where the curve is missed."""
+        highest = float(self.wished_kPa.max())
+        what = f"the cavity of {self.cavity_mm3 / 1000:.3g} cm³"
+        if math.isinf(self.best_s):
+            fills = f"this supply never fills {what} to {highest:.4g} kPa"
+            lines = [f"{fills}: {self.highest_kPa:.4g} kPa at most"]
+        else:
+            reached = f"{100 * REACHED:.0f} % of {highest:.4g} kPa"
+            lines = [f"this supply fills {what} to {reached} in {self.best_s:.2g} s at best"]
+        late = self.reached_kPa - self.wished_kPa
+        worst = int(np.abs(late).argmax())
+        if abs(late[worst]) < (1 - REACHED) * highest:
+            return [*lines, f"it follows the curve within {abs(late[worst]):.2g} kPa"]
+        below = late[worst] < 0
+        side, end = ("below", "highest") if below else ("above", "lowest")
+        if "valve_open" in self.commands:
+            at_its_end = f"though the {'valve' if below else 'exhaust'} is fully open"
+        else:
+            at_its_end = f"though the set point is the {end}"
+        part = float(np.mean(np.abs(late) >= (1 - REACHED) * highest))
+        where = f"{abs(late[worst]):.3g} kPa {side} the curve after {self.time_s[worst]:.3g} s"
+        missed = f"it is more than {100 * (1 - REACHED):.0f} % of {highest:.4g} kPa off"
+        lines.append(f"the cavity is {where}, {at_its_end}")
+        return [*lines, f"{missed} for {100 * part:.0f} % of the time"]
+
+
+def command_for(
+    config: Config,
+    time_s: Sequence[float],
+    *,
+    pressure_kPa: Sequence[float] | None = None,
+    angle_deg: Sequence[float] | None = None,
+    every_s: float | None = None,
+    regulator_kPa: float | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Feedforward:
+    """Find the commands of a supply with which a finger follows a curve.
+
+    The finger's inertia and memory are left out.
+
+    Args:
+        config: with a supply, of a finger of one cavity.
+        time_s: times of the curve, rising from 0 on, (m,).
+        pressure_kPa: pressure that the cavity should have there, (m,); or
+        angle_deg: angle that the tip should have there, (m,).
+        every_s: length of a step; default: a 200th of the curve.
+        regulator_kPa: highest set point of an ideal source; default: the highest wished pressure.
+        progress: called with the number of steps that are done, and of all.
+
+    Returns:
+        The commands.
+
+    Raises:
+        ConfigError: one line about what is wrong with the curve or the configuration.
+    """
+    supply, times = config.supply, np.asarray(time_s, dtype=float)
+    if supply is None or supply.source == "syringe":
+        shown = "none" if supply is None else '"syringe"'
+        raise ConfigError(f'supply.source = {shown}: allowed: "ideal", "pump", "tank"')
+    if len(times) < 2 or times[0] != 0 or not (np.diff(times) > 0).all():
+        raise ConfigError(f"{TIME.name} = {times[:3]}: allowed: two or more, rising from 0 s on")
+    every = times[-1] / 200 if every_s is None else every_s
+    if not 0 < every <= times[-1]:
+        raise ConfigError(f"every_s = {every:g}: allowed: above 0 and up to {times[-1]:g} s")
+    if (pressure_kPa is None) == (angle_deg is None):
+        raise ConfigError(f"a curve: allowed: one of {PRESSURE.name} and {ANGLE.name}")
+    if pressure_kPa is not None:
+        wished = np.asarray(pressure_kPa, dtype=float)
+        _within(PRESSURE.name, wished, 0.0, supply.most_kPa, "kPa, the highest of the source")
+        finger = _resting(config, float(wished.max()))
+    else:
+        most = min(config.experiment.max_pressure_kPa, supply.most_kPa)
+        finger = _resting(config, most)
+        angles = np.asarray(angle_deg, dtype=float)
+        low, high = finger.angle_deg.min(), finger.angle_deg.max()
+        _within(ANGLE.name, angles, float(low), float(high), f"°, that of {most:g} kPa")
+        rising = np.maximum.accumulate(finger.angle_deg)
+        wished = np.interp(angles, rising, finger.pressure_kPa)
+    steps = every * np.arange(1, int(times[-1] / every * (1 + 1e-9)) + 1)
+    along = np.interp(steps, times, wished)
+    if angle_deg is not None:  # between the curve's points, the angle is on a straight line
+        along = np.interp(np.interp(steps, times, angles), rising, finger.pressure_kPa)
+    highest = float(along.max()) if regulator_kPa is None else regulator_kPa
+    filling = Filling(line_of(supply), finger.volume_at(), highest * KPA)
+    reached = []
+    for step in filling.following(along * KPA, every):
+        reached.append(step)
+        progress(len(reached), len(along))
+    best_s, most_kPa = filling.fastest(float(along.max()) * KPA)
+    cavity, tube, command = np.array(reached).T
+    ambient = filling.line.ambient
+    if filling.regulated:
+        commands = {"set_point_kPa": (command - ambient) / KPA}
+    else:
+        commands = {"valve_open": command.clip(min=0), "exhaust_open": (-command).clip(min=0)}
+    reached_kPa = (cavity - ambient) / KPA
+    return Feedforward(
+        steps, along, reached_kPa, (tube - ambient) / KPA,
+        PressureCurve.of(finger.pressure_kPa, finger.angle_deg).at(reached_kPa),
+        None if angle_deg is None else np.interp(steps, times, angles),
+        commands, float(finger.volume_mm3[0]), best_s, most_kPa,
+    )  # fmt: skip
+
+
+def _within(name: str, values: np.ndarray, low: float, high: float, unit: str) -> None:
+    """Refuse values of a curve that no finger or source has."""
+    outside = values[~((values >= low) & (values <= high))]
+    if outside.size:
+        raise ConfigError(f"{name} = {outside[0]:g}: allowed: {low:.4g} to {high:.4g} {unit}")
+
+
+def _resting(config: Config, highest_kPa: float) -> RestingFinger:
+    """Simulate the finger at rest, up to a pressure.
+
+    Raises:
+        ConfigError: one line, where it has no equilibrium up to there, or several cavities.
+    """
+    if highest_kPa <= 0:
+        raise ConfigError(f"{PRESSURE.name} = 0 all along: allowed: a curve that rises above 0 kPa")
+    ramp = {"min_pressure_kPa": 0.0, "max_pressure_kPa": highest_kPa, "cycles": 1,
+            "step_kPa": highest_kPa / STOPS, "dynamic": False, "control": "pressure",
+            "unload": False, "hold_s": 0.0, "rest_s": 0.0}  # fmt: skip
+    data = config.opened(["experiment"])
+    data["experiment"] = {**data["experiment"], **ramp}
+    for section in ("supply", "protocol", "release"):
+        data.pop(section, None)
+    result = run("bending", checked(type(config), data))
+    if result.failure is not None:
+        raise ConfigError(f"up to {highest_kPa:g} kPa: {result.failure.sentence()}")
+    if CAVITY_VOLUME.name not in result.rows[0]:
+        raise ConfigError("supply = a table: allowed here: for a finger of one cavity")
+    columns = (result.column(one.name) for one in (PRESSURE, CAVITY_VOLUME, ANGLE))
+    pressure, volume, angle = columns
+    return RestingFinger(pressure, volume, angle)
+
+
+@dataclass(slots=True)
+class Filling:
+    """A cavity that a supply fills, with its valve and exhaust or its set point commanded.
+
+    Attributes:
+        line: of the supply.
+        volume_mm3: of the cavity by its pressure (kPa above the air around).
+        highest: the largest set point of a regulator (MPa).
+    """
+
+    line: Line
+    volume_mm3: Callable[[float], float]
+    highest: float
+
+    @property
+    def regulated(self) -> bool:
+        """A set point is commanded, in place of valve and exhaust."""
+        return self.line.pump is None and not self.line.tank_mm3
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest command."""
+        ambient = self.line.ambient
+        return (ambient, ambient + self.highest) if self.regulated else (-1.0, self.line.duty)
+
+    def at_rest(self) -> Air:
+        """The air before the first step."""
+        air = Air(self.line)
+        air.rest(self.volume_mm3(0.0))
+        return air
+
+    def following(self, wished: np.ndarray, step_s: float) -> Iterator[tuple[float, float, float]]:
+        """Follow a curve of pressures above that of the air around (MPa), from rest on.
+
+        Yields:
+            At each step's end the pressures of cavity and tube (MPa, absolute), and the command.
+        """
+        air, (least, most) = self.at_rest(), self.ends
+        for pressure in wished + self.line.ambient:
+
+            def excess(command: float, air: Air = air, pressure: float = pressure) -> float:
+                return self._excess(air, pressure, command, step_s)
+
+            if excess(most) <= 0:
+                yield (*self._step(air, most, step_s), most)
+            elif excess(least) >= 0:
+                yield (*self._step(air, least, step_s), least)
+            else:
+                command = float(brentq(excess, least, most, xtol=OPENING))
+                yield (*self._accepted(air, pressure, command, step_s), command)
+
+    def fastest(self, wished: float) -> tuple[float, float]:
+        """Time (s) to fill the cavity to 95 % of a pressure (MPa), and what is reached (kPa)."""
+        air, line = self.at_rest(), self.line
+        slowest = min(line.duty * line.valve.conductance, line.tube.conductance)
+        air_mm3 = (self.volume_mm3(wished / KPA) + line.tube_mm3) * (wished + line.ambient)
+        step_s = air_mm3 / (REFERENCE_MPA * slowest) / line.ambient * REFERENCE_MPA / FILLING_STEPS
+        before, aim = line.ambient, line.ambient + REACHED * wished
+        for count in itertools.count():
+            cavity, _ = self._step(air, self.ends[1], step_s)
+            rise = cavity - before
+            if cavity >= aim:
+                return step_s * (count + (aim - before) / rise), wished / KPA
+            if rise * LONGEST * FILLING_STEPS < aim - cavity:
+                return math.inf, (cavity - line.ambient) / KPA
+            before = cavity
+        raise AssertionError
+
+    def _commanded(self, air: Air, command: float) -> float:
+        """Set the valves; return the pressure that the source is asked for."""
+        if self.regulated:
+            return command
+        air.line = replace(self.line, commanded=(max(command, 0.0), max(-command, 0.0)))
+        return 0.0
+
+    def _excess(self, air: Air, cavity: float, command: float, step_s: float) -> float:
+        """Volume of the air by that of the cavity at a pressure, less (mm³)."""
+        taken = air.volume_mm3(cavity, self._commanded(air, command), step_s)
+        return taken - self.volume_mm3((cavity - self.line.ambient) / KPA)
+
+    def _step(self, air: Air, command: float, step_s: float) -> tuple[float, float]:
+        """Take a step; return the pressures of cavity and tube at its end (MPa, absolute)."""
+        most = 4 * max(command if self.regulated else 0.0, *air.now.pressures, self.line.tank_MPa,
+                       self.line.pump.pressures[-1] if self.line.pump else 0.0)  # fmt: skip
+        cavity = float(
+            brentq(lambda p: self._excess(air, p, command, step_s), LEAST_MPA, most, xtol=1e-12)
+        )
+        return self._accepted(air, cavity, command, step_s)
+
+    def _accepted(
+        self, air: Air, cavity: float, command: float, step_s: float
+    ) -> tuple[float, float]:
+        """End a step with a pressure in the cavity; return those of cavity and tube there."""
+        end = air.ends(cavity, self._commanded(air, command), step_s)
+        air.accept(end, step_s)
+        air.accept(end, 0.0)  # the next command is a sudden change
+        return float(end.pressures[CAVITY]), float(end.pressures[TUBE])
