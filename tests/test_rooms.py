@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from dolfingrip.cli.commands import COMMANDS
-from dolfingrip.cli.rooms import ROOMS
+from dolfingrip.cli.command import Subcommand
+from dolfingrip.cli.commands import ALL, COMMANDS
 
 WITHOUT = """
 import importlib, pkgutil, sys
@@ -20,7 +20,7 @@ class Hiding:
     def find_spec(self, name, path=None, target=None):
         hidden = (name + ".").startswith({missing!r})
         return None if hidden else self.finder.find_spec(name, path, target)
-sys.meta_path[:] = [Hiding(each) for each in sys.meta_path]
+sys.meta_path[:] = [Hiding(finder) for finder in sys.meta_path]
 import dolfingrip
 from dolfingrip.cli.commands import COMMANDS
 print(*(each.name for each in COMMANDS))
@@ -31,17 +31,22 @@ for each in pkgutil.walk_packages(dolfingrip.__path__, "dolfingrip."):
 for each in COMMANDS:
     each.function()
 """
-NAMES = sorted({room for rooms in ROOMS.values() for room in rooms})
+NAMES = sorted({room for command in ALL for room in command.rooms})
 
 
 def needing(room: str) -> tuple[str, ...]:
     """Modules that cannot be there without a folder: its own, and those that need it."""
-    files = [file for file, rooms in ROOMS.items() if room in rooms]
-    above = {rooms[0] for rooms in ROOMS.values() if room in rooms}
+    above = {command.rooms[0] for command in ALL if room in command.rooms}
+    files = {file(command) for command in ALL if room in command.rooms}
     return tuple(
         [f"dolfingrip.{each}." for each in sorted({room, *above})]
-        + [f"dolfingrip.cli.{each}." for each in files]
+        + [f"dolfingrip.cli.{name}." for name in sorted(files)]
     )
+
+
+def file(command: Subcommand) -> str:
+    """File of the command's work."""
+    return command.work.partition(":")[0]
 
 
 @pytest.mark.slow
@@ -53,9 +58,16 @@ def test_without_a_folder_the_rest_is_there(room: str) -> None:
     )
     assert ended.returncode == 0, ended.stderr
     listed = ended.stdout.splitlines()[0].split()
-    gone = [file for file, rooms in ROOMS.items() if room in rooms]
-    assert gone
-    assert listed == [each.name for each in COMMANDS if each.work.partition(":")[0] not in gone]
+    assert listed == [command.name for command in ALL if room not in command.rooms]
+    assert len(listed) < len(ALL)
+
+
+def test_commands_of_one_file_need_the_same_folders() -> None:
+    """A file whose imports fail without a folder takes all of its commands with it."""
+    of_file: dict[str, set[tuple[str, ...]]] = {}
+    for command in ALL:
+        of_file.setdefault(file(command), set()).add(command.rooms)
+    assert {name: rooms for name, rooms in of_file.items() if len(rooms) > 1} == {}
 
 
 def test_all_folders_are_there() -> None:

@@ -12,6 +12,7 @@ import os
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
+from importlib.util import find_spec
 from inspect import Parameter, Signature, cleandoc, get_annotations
 from pathlib import Path
 from types import MappingProxyType
@@ -285,6 +286,7 @@ class Subcommand:
         about: help in place of the docstring.
         instead: work in place of ``work`` where a setting of this name is given.
         below: commands of its own.
+        rooms: folders of the package that it needs, and that may be taken out.
     """
 
     name: str
@@ -293,6 +295,12 @@ class Subcommand:
     about: str = ""
     instead: Mapping[str, str] = NOTHING
     below: tuple[Subcommand, ...] = ()
+    rooms: tuple[str, ...] = ()
+
+    @property
+    def is_there(self) -> bool:
+        """True where all of its folders are."""
+        return all(find_spec(f"dolfingrip.{room}") is not None for room in self.rooms)
 
     @property
     def help(self) -> str:

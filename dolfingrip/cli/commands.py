@@ -13,15 +13,16 @@ from dolfingrip import plugins
 from dolfingrip.cli import edge, settings
 from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
 from dolfingrip.cli.installation import solver
-from dolfingrip.cli.rooms import is_there
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.version import __version__
 
 INSTEAD = {"coupon": {"fit": "fit_command:fit_coupons"}}
 """Work that an option of an experiment asks for in place of the experiment."""
 
-_ALL = (
-    Subcommand("demo", settings.DemoSettings, "loop_commands:demo"),
+DESIGN, DIAGNOSIS, IMPORTING = ("design",), ("diagnosis",), ("importing", "diagnosis")
+
+ALL = (
+    Subcommand("demo", settings.DemoSettings, "loop_commands:demo", rooms=DESIGN),
     *(
         Subcommand(
             experiment.command, settings.of_experiment(experiment), "experiment_commands:perform",
@@ -29,13 +30,13 @@ _ALL = (
         )
         for experiment in EXPERIMENTS.values()
     ),
-    Subcommand("pickup", settings.PickupSettings, "pickup_commands:pickup"),
-    Subcommand("friction", settings.FrictionSettings, "pickup_commands:friction"),
+    Subcommand("pickup", settings.PickupSettings, "pickup_commands:pickup", rooms=DESIGN),
+    Subcommand("friction", settings.FrictionSettings, "pickup_commands:friction", rooms=DESIGN),
     Subcommand("supply", settings.SupplySettings, "supply_command:supply"),
     Subcommand("adopt", settings.AdoptSettings, "adopt_command:adopt"),
     Subcommand("mesh", settings.MeshSettings, "shape_commands:mesh"),
-    Subcommand("export", settings.ExportSettings, "export_command:export"),
-    Subcommand("robot", settings.RobotSettings, "robot_command:robot"),
+    Subcommand("export", settings.ExportSettings, "export_command:export", rooms=("exporting",)),
+    Subcommand("robot", settings.RobotSettings, "robot_command:robot", rooms=("robot",)),
     Subcommand("morph", settings.MorphSettings, "shape_commands:morph"),
     Subcommand("config", settings.ConfigSettings, "reference_commands:show_config"),
     Subcommand("columns", settings.ColumnsSettings, "reference_commands:columns"),
@@ -43,29 +44,39 @@ _ALL = (
     Subcommand(
         "synthetic", settings.SyntheticSettings, "experiment_commands:synthetic_measurement"
     ),
-    Subcommand("import", settings.ImportSettings, "import_command:import_table"),
-    Subcommand("track", settings.TrackSettings, "track_command:track_video"),
-    Subcommand("diagnose", settings.DiagnoseSettings, "diagnosis_commands:diagnose"),
+    Subcommand("import", settings.ImportSettings, "import_command:import_table", rooms=IMPORTING),
     Subcommand(
-        "plan-experiment", settings.PlanExperimentSettings, "diagnosis_commands:plan_experiment"
+        "track", settings.TrackSettings, "track_command:track_video",
+        rooms=("tracking", *IMPORTING),
     ),
-    Subcommand("predict", settings.PredictSettings, "diagnosis_commands:predict"),
-    Subcommand("design", settings.DesignSettings, "design_command:design"),
+    Subcommand(
+        "diagnose", settings.DiagnoseSettings, "diagnosis_commands:diagnose", rooms=DIAGNOSIS
+    ),
+    Subcommand(
+        "plan-experiment", settings.PlanExperimentSettings, "diagnosis_commands:plan_experiment",
+        rooms=DIAGNOSIS,
+    ),
+    Subcommand("predict", settings.PredictSettings, "diagnosis_commands:predict", rooms=DIAGNOSIS),
+    Subcommand("design", settings.DesignSettings, "design_command:design", rooms=DESIGN),
     Subcommand(
         "doe", settings.DoeSettings, "doe_commands:doe",
         below=(Subcommand("export", settings.DoeExportSettings, "doe_commands:export"),),
+        rooms=DESIGN,
     ),
-    Subcommand("train", settings.TrainSettings, "surrogate_commands:train"),
-    Subcommand("optimise", settings.OptimiseSettings, "surrogate_commands:optimise"),
-    Subcommand("study", settings.StudySettings, "surrogate_commands:study"),
-    Subcommand("reproduce", settings.ReproduceSettings, "loop_commands:reproduce"),
+    Subcommand("train", settings.TrainSettings, "surrogate_commands:train", rooms=DESIGN),
+    Subcommand("optimise", settings.OptimiseSettings, "surrogate_commands:optimise", rooms=DESIGN),
+    Subcommand("study", settings.StudySettings, "surrogate_commands:study", rooms=DESIGN),
+    Subcommand("reproduce", settings.ReproduceSettings, "loop_commands:reproduce", rooms=DESIGN),
     Subcommand("report", settings.ReportSettings, "report_command:report"),
-    Subcommand("explore", settings.ExploreSettings, "explore_command:explore"),
+    Subcommand(
+        "explore", settings.ExploreSettings, "explore_command:explore",
+        rooms=("explore", *DESIGN, *DIAGNOSIS),
+    ),
     Subcommand("doctor", settings.DoctorSettings, "doctor_command:doctor"),
 )  # fmt: skip
 
 
-COMMANDS = tuple(command for command in _ALL if is_there(command.work.partition(":")[0]))
+COMMANDS = tuple(command for command in ALL if command.is_there)
 """The commands in the order in which a new user needs them, of the folders that there are."""
 
 

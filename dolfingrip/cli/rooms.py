@@ -1,38 +1,15 @@
-"""Folders of the package that may be taken out, and what then stays of the commands."""
+"""What a command does by a folder of the package that may be taken out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dolfingrip.cli.commands import COMMANDS
+
 if TYPE_CHECKING:  # which loads MPI
     from dolfingrip.cli.console import Screen
-
-ROOMS = {
-    "design_command": ("design",),
-    "diagnosis_commands": ("diagnosis",),
-    "doe_commands": ("design",),
-    "explore_command": ("explore", "design", "diagnosis"),
-    "export_command": ("exporting",),
-    "import_command": ("importing", "diagnosis"),
-    "loop_commands": ("design",),
-    "pickup_commands": ("design",),
-    "robot_command": ("robot",),
-    "surrogate_commands": ("design",),
-    "track_command": ("tracking", "importing", "diagnosis"),
-}
-"""Folders of the package that files of commands need, and that may be taken out."""
-
-
-def is_there(file: str) -> bool:
-    """Return whether all folders are there that a file of commands needs.
-
-    Args:
-        file: of this folder, without its suffix.
-    """
-    return all(find_spec(f"dolfingrip.{room}") is not None for room in ROOMS.get(file, ()))
 
 
 def offered(files: Sequence[Path], command: str, screen: Screen, out: Path) -> list[Path]:
@@ -44,7 +21,7 @@ def offered(files: Sequence[Path], command: str, screen: Screen, out: Path) -> l
     Raises:
         ConfigError: one line, where nobody can be asked.
     """
-    if not is_there("import_command"):
+    if all(listed.name != "import" for listed in COMMANDS):
         return [*files]
     from dolfingrip.cli import import_command
 

@@ -86,23 +86,23 @@ class Inertia(Memory):
             for names, density in densities_kg_m3.items()
         ]
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
-        fixed = [(each, each.moved(v), each.moved(w)) for each in masses]
+        fixed = [(mass, mass.moved(v), mass.moved(w)) for mass in masses]
         self._mass = reduce(
             add,
             [
                 *(density * ufl.inner(v, w) * dx for density, dx in parts),
-                *(one.density_t_mm2 * ufl.inner(a, b) * one.area for one, a, b in fixed),
+                *(mass.density_t_mm2 * ufl.inner(a, b) * mass.area for mass, a, b in fixed),
             ],
         )
         ahead, stiffness = self._ahead, self._stiffness
         self.energy: ufl.Form = reduce(
             add,
             [
-                *(inertia.energy(u, ahead, each, stiffness) * dx for each, dx in parts),
+                *(inertia.energy(u, ahead, density, stiffness) * dx for density, dx in parts),
                 *(
-                    inertia.energy(each.moved(u), each.moved(ahead), each.density_t_mm2, stiffness)
-                    * each.area
-                    for each in masses
+                    inertia.energy(mass.moved(u), mass.moved(ahead), mass.density_t_mm2, stiffness)
+                    * mass.area
+                    for mass in masses
                 ),
             ],
         )

@@ -144,7 +144,7 @@ class AirSupply(VolumeControl):
             self._give = (volume - before) / (pressure - start)
         return self.air.slope(pressure, *self._asked, volume, self._give)
 
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+    def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         raise NoShapeGradient("supply: no derivative by coordinates")
 
     # -- as a memory -----------------------------------------------------------------------------
