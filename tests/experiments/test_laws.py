@@ -15,11 +15,12 @@ import ufl
 from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
-from support import bars, trial
+from support import bars, taylor, trial
 
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
+from dolfingrip.experiments.material_fit.law import LAWS as FITTED
 from dolfingrip.experiments.rigs.materials import BaseMaterial
 from dolfingrip.mechanics.model.element import displacement_element, pressure_field
 from dolfingrip.mechanics.model.potential import Potential
@@ -181,11 +182,21 @@ def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> No
         np.testing.assert_allclose(slope, expected, rtol=3e-5, atol=5e-8 / parameter.scale)
 
 
-def test_the_tangent_is_the_stress_derivative() -> None:
-    """Taylor remainders of the residual at an irregular strain, where no two stretches agree."""
-    from support import taylor
+def fitted(name: str) -> Config:
+    """A configuration with a law of the index, which has the most constants that a fit finds.
 
-    settings = config.load(None, assignments(OGDEN))
+    They are those that a fit begins with, and none of them is 0.
+    """
+    law = max((law for law in FITTED.values() if law.material is MATERIALS[name]),
+              key=lambda law: len(law.keys))  # fmt: skip
+    (start, *_) = law.fittable.starts(1.0)
+    return config.load(None, law.tables([value or 0.03 for value in start]))
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_gradient_and_tangent_are_derivatives_of_the_energy(name: str) -> None:
+    """Taylor remainders at an irregular strain, where no two stretches agree."""
+    settings = fitted(name)
     cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, mesh.CellType.hexahedron)
     u = fem.Function(fem.functionspace(cube, displacement_element("S2")))
     base = BaseMaterial.on(cube, settings.material)

@@ -1,4 +1,7 @@
-"""Gradient and Hessian of each energy in UFL, against the energy itself.
+"""Gradient and Hessian of the energies that every model has, against the energies themselves.
+
+Those of laws and effects are tested by their index: ``experiments/test_laws.py`` and
+``extensions/test_index.py``.
 
 A Taylor remainder of second order in the step shows that a derivative is right; of first
 order, that it is not. The orders approach 2 as the step vanishes, so 1.9 is asked at steps

@@ -28,13 +28,13 @@ TESTS: Final = ("tests", "benchmarks/tests")
 KINDS: Final = {
     "dolfingrip/sections/laws": (
         "tests/experiments/test_laws.py", "tests/experiments/test_material_fit.py",
-        "tests/mechanics/test_taylor.py", "tests/test_config.py",
+        "tests/test_config.py",
     ),
     "dolfingrip/extensions": (
         "tests/extensions/test_index.py", "tests/extensions/test_neutral.py",
         "tests/extensions/test_elastic.py", "tests/extensions/test_instruments.py",
         "tests/extensions/test_setup.py", "tests/extensions/test_supply.py",
-        "tests/mechanics/test_taylor.py", "tests/test_config.py",
+        "tests/test_config.py",
     ),
     "dolfingrip/foods": (
         "tests/mechanics/test_shapes.py", "tests/meshes/test_closed_surface.py",
@@ -43,7 +43,10 @@ KINDS: Final = {
     "dolfingrip/mechanics/readings": (
         "tests/mechanics/test_readings.py", "tests/test_columns.py",
     ),
-    "forms": ("tests/mechanics/test_taylor.py", "tests/forms/test_examples.py"),
+    "forms": (
+        "tests/mechanics/test_taylor.py", "tests/experiments/test_laws.py",
+        "tests/extensions/test_index.py", "tests/forms/test_examples.py",
+    ),
     "docs": ("tests/test_docs.py", "tests/test_advice.py", "tests/test_newcomer.py"),
 }  # fmt: skip
 """Test files that take every file of a folder as a parameter; those with its name are run."""
