@@ -15,6 +15,16 @@ from typing import IO, Any, Final, Literal
 from dolfingrip.config import ConfigError
 from dolfingrip.files import package, xml
 from dolfingrip.importing import arrays
+from dolfingrip.importing.header import (
+    calls_unit,
+    encodings,
+    is_summary,
+    is_unit,
+    named_by_beginning,
+    quantities,
+    ratio,
+    split,
+)
 from dolfingrip.importing.told import ORDERS, Question, Told, line
 
 Row = tuple[int, list[str]]
@@ -22,22 +32,6 @@ Row = tuple[int, list[str]]
 
 SEPARATORS: Final = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 """Separators in the order in which they are tried, with their names."""
-
-ENCODINGS: Final = (
-    *(
-        "cp1252",
-        "cp1250",
-        "cp1254",
-        "cp1251",
-        "cp932",
-        "gb18030",
-        "cp949",
-        "big5",
-        "euc_jp",
-        "mac_roman",
-    ),
-)
-"""Encodings of files that are not in Unicode: Europe, Japan, China, Korea."""
 
 _MISSING: Final = re.compile(
     r"|[-–—−]+|n\.?/?a\.?n?|null|none|ol|over(load|flow)|err(or)?|#n/?[av]|#[^\W\d]+(/0)?[!?]",
@@ -56,6 +50,14 @@ _PLAIN: Final = {
     decimal: str.maketrans({**dict.fromkeys(_GROUPS), ",": None, ".": None, "−": "-", decimal: "."})
     for decimal in ".,"
 }
+_UNGROUPED: Final = str.maketrans(dict.fromkeys(_GROUPS))
+_BY_SIGN: Final = {
+    decimal: re.compile(
+        rf"[+\-−]?(?:\d*|[1-9]\d{{0,2}}(?:\{other}\d{{3}})+)(?:\{decimal}\d*)?(?:[eE].*)?"
+    )
+    for decimal, other in (".,", ",.")
+}
+"""Numbers by their decimal sign, whose thousands the other sign may group."""
 _DATE: Final = r"\d{1,4}(?P<sign>[-./])\d{1,2}(?P=sign)\d{1,4}"
 _NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?(?:[eE][+\-−]?\d+)?")
 _SPREAD: Final = re.compile(rf"(?<=\d) ?(?:±|\+/[-−]) ?{_NUMBER.pattern}")
@@ -205,8 +207,6 @@ def _first(texts: Iterable[str]) -> str:
 
 def _measure(cell: str) -> tuple[str, str]:
     """Number and unit of a cell that has both; else the cell and nothing."""
-    from dolfingrip.importing.header import is_unit
-
     match = _WITH_UNIT.fullmatch(cell.strip())
     return (match[1].strip(), match[2]) if match and is_unit(match[2]) else (cell, "")
 
@@ -248,8 +248,6 @@ def readings(file: Path, settings: Told) -> Iterator[Cells]:
         Question: the sheet or the decimal sign cannot be told from the file.
         ConfigError: one line, where there is no table in the file.
     """
-    from dolfingrip.importing.header import named_by_beginning
-
     try:
         data = file.read_bytes()
     except OSError as error:
@@ -296,19 +294,18 @@ def _sheets(file: Path, settings: Told) -> dict[str, Cells]:
     """Tables of a workbook, by the name of their sheet."""
     by_name: dict[str, Cells] = {}
     for sheet in _workbook(file).worksheets:
-        values = [list(row) for row in sheet.iter_rows()]
-        twice = []  # rows of which all cells are merged with those above
-        for number, row in enumerate(values):
-            filled = [cell for cell in row if cell.value is not None or _is_below(cell, sheet)]
-            if filled and all(_is_below(cell, sheet) for cell in filled):
-                twice.append(number)
-        for area in sheet.merged_cells.ranges:
-            if area.max_col - area.min_col + 1 < sheet.max_column:  # no title
-                for row in values[area.min_row - 1 : area.max_row]:
-                    of_all = values[area.min_row - 1][area.min_col - 1]
+        areas = sheet.merged_cells.ranges
+        merged = {place for area in areas for above in [*area.rows][1:] for place in above}
+        values = []
+        for row in sheet.iter_rows():
+            filled = [cell for cell in row if cell.value is not None]
+            below = any((cell.row, cell.column) in merged for cell in row)
+            values.append([] if below and not filled else list(row))
+        for area in areas:
+            if area.size["columns"] < sheet.max_column:  # no title
+                of_all = sheet.cell(area.min_row, area.min_col)
+                for row in filter(None, values[area.min_row - 1 : area.max_row]):
                     row[area.min_col - 1 : area.max_col] = [of_all] * area.size["columns"]
-        for number in twice:
-            values[number] = []
         data = [row for row in values if row and _is_data([_text(cell, ".") for cell in row])]
         texts = (cell.value for row in data for cell in row if isinstance(cell.value, str))
         decimal = _sign(texts, "", settings)
@@ -317,13 +314,6 @@ def _sheets(file: Path, settings: Told) -> dict[str, Cells]:
             name = f"{sheet.title} {more}".strip()
             by_name[name] = replace(part, how=f"sheet {name}, decimal {_SIGNS[decimal]}")
     return by_name
-
-
-def _is_below(cell: Any, sheet: Any) -> bool:
-    """Say if a cell is merged with one in a row above it."""
-    return any(
-        area.min_row < cell.row and cell.coordinate in area for area in sheet.merged_cells.ranges
-    )
 
 
 MOST_CELLS: Final = 20_000_000
@@ -479,8 +469,9 @@ def _texts(data: bytes, encoding: str | None) -> Iterator[tuple[str, str]]:
 def _ranked(data: bytes) -> list[str]:
     from charset_normalizer import from_bytes  # files in Unicode need none
 
-    likely = [match.encoding for match in from_bytes(data, cp_isolation=list(ENCODINGS))]
-    return [*likely, *(name for name in ENCODINGS if name not in likely)]
+    names = encodings()
+    likely = [match.encoding for match in from_bytes(data, cp_isolation=names)]
+    return list(dict.fromkeys([*likely, *names]))
 
 
 def _of_text(text: str, encoding: str, settings: Told) -> Cells | None:
@@ -518,29 +509,27 @@ def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
     if len(lines) > 2 and all(_ALONE.fullmatch(text) for _, text in lines[1:]):
         head = [] if _ALONE.fullmatch(lines[0][1]) else [lines[0][1].strip()]
         name, numbers = (head or ["value"])[0], lines[len(head) :]
-        return _one_a_line([(number, name, text.strip()) for number, text in numbers])
+        return _in_rows([(number, name, text.strip()) for number, text in numbers])
     if not lines or not set(":=") & set(lines[-1][1]):
         return lines
     parsed = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
     names = Counter(tuple(match[1].strip() for match in parts) for _, _, parts in parsed)
     usual, count = names.most_common(1)[0]
-    if len(usual) == 1 and sum(count for name, count in names.items() if name) == len(lines):
-        return _one_a_line([(n, parts[0][1], f"{parts[0][2]} {parts[0][3] or ''}")
-                            for n, _, parts in parsed])  # fmt: skip
-    if len(usual) < 2 or 2 * count < len(lines):
+    one_a_line = len(usual) == 1 and not names[()]
+    if not one_a_line and (len(usual) < 2 or 2 * count < len(lines)):
         return lines
-    rows = [
-        (number, [text[: parts[0].start()].strip(" ->{\t,;"),
-                  *(f"{match[2]} {match[3] or ''}" for match in parts)])
-        for number, text, parts in parsed
-        if tuple(match[1].strip() for match in parts) == usual
-    ]  # fmt: skip
-    header = ["time" if all(is_clock(cells[0]) for _, cells in rows) else "", *usual]
-    return [(number, "\t".join(cells)) for number, cells in [(rows[0][0] - 1, header), *rows]]
+    entries = []
+    for number, text, parts in parsed:
+        if not one_a_line:
+            if tuple(match[1].strip() for match in parts) != usual:
+                continue  # a message
+            entries.append((number, "", text[: parts[0].start()].strip(" ->{\t,;")))
+        entries += [(number, match[1], f"{match[2]} {match[3] or ''}") for match in parts]
+    return _in_rows(entries)
 
 
-def _one_a_line(entries: list[tuple[int, str, str]]) -> list[tuple[int, str]]:
-    """Lines with tabs of a log with one number a line; a name that comes back begins a row.
+def _in_rows(entries: list[tuple[int, str, str]]) -> list[tuple[int, str]]:
+    """Lines with tabs from numbers with their names; a name that comes back begins a row.
 
     A log of a single name is a column beside the number of its row.
     """
@@ -639,8 +628,6 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
 
 def _summaries(rows: list[Row]) -> list[Row]:
     """Rows that are called a mean or the like, and last rows with a word where numbers stand."""
-    from dolfingrip.importing.header import is_summary
-
     summaries = [row for row in rows if any(map(is_summary, row[1]))]
     numbers = [
         2 * sum(_is_number(cells[i]) for n, cells in rows if (n, cells) not in summaries)
@@ -678,8 +665,6 @@ def _dated(rows: list[Row]) -> list[Row]:
 
 def _with_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[Row]]:
     """Header and rows, with units that have a column of their own behind the numbers before it."""
-    from dolfingrip.importing.header import calls_unit, is_unit
-
     for i in reversed(range(1, len(header))):
         units = dict.fromkeys(cells[i] for _, cells in rows if not missing(cells[i - 1]))
         if calls_unit(header[i]) and units and all(is_unit(t) and not _is_number(t) for t in units):
@@ -696,8 +681,6 @@ def _without_units(header: list[str], rows: list[Row], decimal: str) -> tuple[li
 
     Numbers in another unit than the header's, or than the first cell's, become those in that one.
     """
-    from dolfingrip.importing.header import ratio, split
-
     for i, name in enumerate(header):
         alike = {cells[i].translate(_ALIKE): cells[i] for _, cells in rows}.values()
         units = dict.fromkeys(_measure(cell)[1] for cell in alike if not missing(cell))
@@ -750,15 +733,11 @@ def _bare(cell: str) -> str:
 
 
 def _tells_unit(cell: str) -> bool:
-    from dolfingrip.importing.header import is_unit
-
     return is_unit(cell) and not re.search(r"\d[.,]", cell)
 
 
 def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
     """Names of columns from the rows above the data, and how many of these rows they are."""
-    from dolfingrip.importing.header import quantities
-
     bare = [[_bare(cell) for cell in row] for row in names]
     of_units = [2 * sum(map(_tells_unit, row)) > sum(map(bool, row)) for row in bare]
     named = [len({q for cell in row for q in quantities(cell)}) for row in names]
@@ -794,32 +773,18 @@ def _decimal(cells: list[str], separator: str) -> str:
         ConfigError: one line, where the numbers have no sign in common.
         Question: 1,234 may be a thousand or one, and nothing else in the table tells.
     """
-    can_be = dict.fromkeys(".,", True)
-    seen = Counter(sign for cell in cells for sign in ".," if sign in cell)
-    for cell in cells:
-        for sign, other in ((".", ","), (",", ".")):
-            thousands = cell.count(sign) > 1 or (
-                other in cell and cell.rfind(sign) < cell.find(other)
-            )
-            if sign in cell and thousands:
-                can_be[sign] = False  # it groups
-            digits = re.sub(r"[eE].*", "", cell).lstrip("+-−")
-            if sign in cell and not re.fullmatch(
-                rf"[1-9]\d{{0,2}}(\{sign}\d{{3}})+", digits.split(other)[0]
-            ):
-                can_be[other] = False  # it does not group
-    if separator == "," and not seen[","]:
+    signed = [cell.translate(_UNGROUPED) for cell in cells if "." in cell or "," in cell]
+    if not signed or (separator == "," and not any("," in cell for cell in signed)):
         return "."
-    signs = [sign for sign in ".," if can_be[sign]]
-    if len(signs) == 1 or not seen:
-        return signs[0] if signs else "."
+    signs = [sign for sign in ".," if all(map(_BY_SIGN[sign].fullmatch, signed))]
+    if len(signs) == 1:
+        return signs[0]
     if not signs:
         raise ConfigError(
             "its numbers have points and commas without a rule; allowed: one decimal sign"
         )
     if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in cells):
-        return next(sign for sign in ".," if seen[sign])  # thousands are not grouped
-    example = next(cell for cell in cells if "." in cell or "," in cell)
+        return "." if any("." in cell for cell in signed) else ","  # no thousands are grouped
     raise Question(
-        f"{example}: a decimal sign, or thousands?", [line("decimal", sign) for sign in ".,"]
+        f"{signed[0]}: a decimal sign, or thousands?", [line("decimal", sign) for sign in ".,"]
     )

@@ -253,6 +253,11 @@ def named_by_beginning(data: bytes) -> str | None:
     return next((said for beginning, said in kinds.items() if start.startswith(beginning)), None)
 
 
+def encodings() -> list[str]:
+    """Encodings that files may have which are not in Unicode."""
+    return _known()["encodings"]["names"].split()
+
+
 def calls_unit(text: str) -> bool:
     """Say if a text is what a column of units is called.
 
