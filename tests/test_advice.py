@@ -22,9 +22,9 @@ from typer._click.exceptions import NoSuchOption, UsageError
 
 from dolfingrip.cli.app import COMMANDS, app
 from dolfingrip.cli.command import Subcommand, settings_of
+from dolfingrip.cli.import_command import named
 from dolfingrip.config import ConfigError
-from dolfingrip.importing.told import Told
-from dolfingrip.importing.told import line as option_line
+from dolfingrip.importing.told import NamedColumn, Option, Told
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -155,9 +155,9 @@ def test_each_command_line_is_parsed() -> None:
 
 
 ANSWERS = {
-    "column": "p=pressure_bar", "experiment": "coupon", "gauge_length": "25", "area": "18",
-    "mode": "planar", "frame_rate": "30", "rate": "2", "encoding": "cp1252", "decimal": ",",
-    "sheet": "table 2", "shift": "2",
+    "column": NamedColumn("p", "pressure_bar"), "experiment": "coupon", "gauge_length": 25.0,
+    "area": 18.0, "mode": "planar", "frame_rate": 30.0, "rate": 2.0,
+    "encoding": "cp1252", "decimal": ",", "sheet": "table 2", "shift": 2.0,
 }  # fmt: skip
 """A value of each option that an import asks for."""
 
@@ -165,17 +165,18 @@ ANSWERS = {
 @pytest.mark.parametrize(
     "added",
     [
-        "--zero-at-rest",
-        "--no-zero-at-rest",
-        "--side-by-side",
-        *(option_line(name, each) for name, each in ANSWERS.items()),
+        Option("zero_at_rest"),
+        Option("zero_at_rest", False),
+        Option("side_by_side"),
+        *(Option(name, value) for name, value in ANSWERS.items()),
     ],
+    ids=str,
 )
-def test_what_an_import_asks_for_is_taken_as_the_terminal_takes_it(added: str) -> None:
+def test_what_an_import_asks_for_is_taken_as_the_terminal_takes_it(added: Option) -> None:
     settings = parse(f"import table.csv {added}")
-    assert Told(**{each.name: settings[each.name] for each in fields(Told)}) == Told().with_line(
-        added
-    )
+    settings["column"] = named(settings["column"])
+    taken = Told(**{field.name: settings[field.name] for field in fields(Told)})
+    assert taken == Told().with_option(added)
 
 
 def test_every_setting_of_an_import_is_tried() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import typer
@@ -13,14 +14,25 @@ from dolfingrip.cli.settings import ImportSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.importing import importing
 from dolfingrip.importing.importing import ImportedTable
-from dolfingrip.importing.told import VALUE, Question, Told
+from dolfingrip.importing.told import VALUE, NamedColumn, Option, Question, Told
 from dolfingrip.report.table import of_columns
 
 
 def import_table(args: ImportSettings) -> None:
     """Read the table, ask what is not certain, and write the two files."""
     check_writable(args.out)
-    bring(args.table, args.out, Told.of(args), console())
+    given = {field.name: getattr(args, field.name) for field in fields(Told)}
+    bring(args.table, args.out, Told(**given | {"column": named(args.column)}), console())
+
+
+def named(texts: Sequence[str]) -> tuple[NamedColumn, ...]:
+    """Return the columns that texts such as ``p=pressure_bar`` name.
+
+    Args:
+        texts: as they are typed; the last sign of equality counts.
+    """
+    parted = [text.rpartition("=") for text in texts]
+    return tuple(NamedColumn(header, column) for header, _, column in parted)
 
 
 def bring(file: Path, out: Path, settings: Told, screen: Screen) -> Path:
@@ -43,7 +55,7 @@ def bring(file: Path, out: Path, settings: Told, screen: Screen) -> Path:
             imported, questions = _understood(file, settings)
         if not questions or not _asks():
             break
-        settings = settings.with_line(_answer(questions[0], screen))
+        settings = settings.with_option(_answer(questions[0], screen))
     if imported is not None:
         _show(imported, screen)
     if questions:
@@ -123,21 +135,21 @@ def _asks() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
-def _answer(question: Question, screen: Screen) -> str:
-    """Ask one question at the terminal; the answer is the line that would be added."""
+def _answer(question: Question, screen: Screen) -> Option:
+    """Ask one question at the terminal; the answer is the option that would be added."""
     screen.say(question.text)
-    for i, line in enumerate(question.lines, start=1):
-        screen.say(f"  {i}  {line}")
+    for i, option in enumerate(question.options, start=1):
+        screen.say(f"  {i}  {option}")
     choice = 1
-    while len(question.lines) > 1:
+    while len(question.options) > 1:
         choice = typer.prompt("which", type=int, default=1)
-        if 1 <= choice <= len(question.lines):
+        if 1 <= choice <= len(question.options):
             break
-    line = question.lines[choice - 1]
+    option = question.options[choice - 1]
     for place in (VALUE, "FACTOR", "OFFSET"):
-        if place in line:
-            line = line.replace(place, str(typer.prompt(place.lower(), type=float)))
-    return line.replace("+-", "-")
+        if place in str(option):
+            option = option.filled(place, typer.prompt(place.lower(), type=float))
+    return option
 
 
 def _show(imported: ImportedTable, screen: Screen) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from dolfingrip import config as configuration
 from dolfingrip.channels import PRESSURE
 from dolfingrip.cli.console import Screen, check_writable, console, one_process
+from dolfingrip.cli.import_command import named
 from dolfingrip.cli.progress import shown
 from dolfingrip.cli.settings import TrackSettings
 from dolfingrip.config import ConfigError
@@ -89,7 +90,7 @@ def _log(args: TrackSettings) -> Mapping[str, np.ndarray] | None:
     if args.log is None:
         return None
     try:
-        log = read_log(args.log, Told(column=args.column), args.event)
+        log = read_log(args.log, Told(column=named(args.column)), args.event)
     except Question as question:
         raise ConfigError(f"{args.log}: {question}") from None
     return {str(name): log[name].to_numpy(dtype=float) for name in log}

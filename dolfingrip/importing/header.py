@@ -15,7 +15,7 @@ from dolfingrip.channels import AMBIENT_KPA, CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.table import IGNORED, MEASURED, near, of_any_number
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
-from dolfingrip.importing.told import ORDERS, sides
+from dolfingrip.importing.told import ORDERS, NamedColumn
 from dolfingrip.sections.units import unit as unit_at_end
 
 NO_UNIT: Final = "dimensionless"
@@ -423,28 +423,29 @@ _LEFT: Final = re.compile(
 )
 
 
-def told_columns(texts: Iterable[str], headers: Sequence[str]) -> dict[str, ColumnReading]:
-    """Read ``--column`` texts: ``HEADER[*FACTOR][+OFFSET]=COLUMN``.
+def told_columns(
+    columns: Iterable[NamedColumn], headers: Sequence[str]
+) -> dict[str, ColumnReading]:
+    """Find the columns of ``--column``: ``HEADER[*FACTOR][+OFFSET]=COLUMN``.
 
     Args:
-        texts: as they are typed. The right side is a column of the format, the same in another
-            unit (``pressure_psi``, ``pressure [psi]``), or ``ignore``. A unit in the header counts
-            where the right side is a column of the format.
+        columns: their headers, and columns of the format, the same in another unit
+            (``pressure_psi``, ``pressure [psi]``), or ``ignore``. A unit in the header counts where
+            the other side is a column of the format.
         headers: names of the file's columns; ``column 3`` names one by its place.
 
     Raises:
         ConfigError: one line.
     """
-    columns = {}
-    for text in texts:
-        left, right = sides(text)
-        header, scale, shift = _left(left, text, headers)
-        columns[header] = _right(text, header, right.strip(), scale, shift)
-    return columns
+    readings = {}
+    for named in columns:
+        header, scale, shift = _left(named, headers)
+        readings[header] = _right(named, header, scale, shift)
+    return readings
 
 
-def _left(left: str, text: str, headers: Sequence[str]) -> tuple[str, float | None, float]:
-    left = left.strip()
+def _left(named: NamedColumn, headers: Sequence[str]) -> tuple[str, float | None, float]:
+    left = named.header.strip()
     if left in headers:
         return left, None, 0.0
     place = re.fullmatch(r"column (\d+)", left)
@@ -454,12 +455,13 @@ def _left(left: str, text: str, headers: Sequence[str]) -> tuple[str, float | No
     if parts is not None and (header := parts[1].strip()) in headers:
         return header, float(parts[2]) if parts[2] else None, float(parts[3] or 0)
     raise ConfigError(
-        f"--column {text}: {near(left, headers)}allowed: {', '.join(headers)}, as in "
+        f"--column {named}: {near(left, headers)}allowed: {', '.join(headers)}, as in "
         f"{headers[0]}=pressure_kPa"
     )
 
 
-def _right(text: str, header: str, right: str, scale: float | None, shift: float) -> ColumnReading:
+def _right(named: NamedColumn, header: str, scale: float | None, shift: float) -> ColumnReading:
+    right = named.column.strip()
     allowed = [
         t for t in TARGETS.values() if t not in ("setpoint", "true_stress_MPa", "true_strain")
     ]
@@ -476,19 +478,19 @@ def _right(text: str, header: str, right: str, scale: float | None, shift: float
         target = right
         given_unit = unit if unit and factor(unit, target) else ""
     else:
-        named = [t for t in allowed if t.rpartition("_")[0] == name.replace(" ", "_") or t == name]
-        if len(named) != 1 or len(factor(given_unit, named[0])) != 1:
+        likely = [t for t in allowed if t.rpartition("_")[0] == name.replace(" ", "_") or t == name]
+        if len(likely) != 1 or len(factor(given_unit, likely[0])) != 1:
             raise ConfigError(
-                f"--column {text}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
+                f"--column {named}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
                 "cavity_2_supply_kPa, marker_1_x_mm, curvature_2_per_m and the like, "
                 f"with another unit, as in pressure_psi, or {IGNORE}"
             )
-        target = named[0]
+        target = likely[0]
     values = factor(given_unit, target) if given_unit else [1.0]
     if len(values) > 1:
         if scale is None:
             raise ConfigError(
-                f"--column {text}: {given_unit} has two readings; allowed: a factor, as in "
+                f"--column {named}: {given_unit} has two readings; allowed: a factor, as in "
                 f"{header}*1={target}"
             )
         values = [1.0]

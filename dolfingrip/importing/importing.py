@@ -44,7 +44,7 @@ from dolfingrip.importing.header import (
     recognise,
     told_columns,
 )
-from dolfingrip.importing.told import ORDERS, Question, Told, column_line, line, sides
+from dolfingrip.importing.told import ORDERS, VALUE, Option, Question, Told, column_option
 from dolfingrip.sections import tables
 
 CLOCK: Final = "time of day"
@@ -103,6 +103,14 @@ class ImportedTable:
     questions: list[Question] = field(default_factory=list)
     fixed: Mapping[str, ColumnReading] = field(default_factory=dict)
 
+    def ask(self, what: str, *options: Option) -> None:
+        """Add a question, which each of the options settles."""
+        self.questions.append(Question(what, options))
+
+    def source(self, target: str) -> tuple[str, ColumnReading]:
+        """The header and the reading of the column that is taken for one of the format."""
+        return next((h, t) for h, t in self.taken.items() if t and t.target == target)
+
     def mapping(self) -> list[tuple[str, str, str]]:
         """Header, column and what was done to the numbers, of each column of the table."""
         uncertain = {q.text.partition(":")[0]: "?" for q in self.questions}
@@ -157,7 +165,7 @@ def understand(file: Path, settings: Told) -> ImportedTable:
     by_score: dict[tuple[Any, ...], Cells] = {}
     for cells in reading.readings(file, settings):
         columns = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
-        named = sum(any(name in text for text in settings.column) for name in cells.header)
+        named = sum(any(name in n.header for n in settings.column) for name in cells.header)
         score = named + sum(bool(column.readings) or 0.5 * bool(column.why) for column in columns)
         # a unit's accents may differ and mean the same
         taken = tuple((r.target, r.factor, r.offset) for column in columns for r in column.readings)
@@ -166,7 +174,7 @@ def understand(file: Path, settings: Told) -> ImportedTable:
     likely = [cells for (score, _), cells in by_score.items() if score == best]
     if len(likely) > 1 and best:
         names = [cells.how.partition(",")[0] for cells in likely]
-        raise Question("its encoding is not certain:", [line("encoding", name) for name in names])
+        raise Question("its encoding is not certain:", [Option("encoding", name) for name in names])
     return _understood(file, likely[0], settings)
 
 
@@ -192,8 +200,8 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         names = [TIME.name, *(name for name in BLOWN if name in imported.table)]
         if len(names) < 2 or TIME.name not in imported.table:
             has = ", ".join(imported.table) or "no column that is known"
-            line_ = column_line(imported.cells.header[0], TIME.name)
-            raise ConfigError(f"{file}: {has}; allowed: time and pressure; name one by {line_}")
+            option = column_option(imported.cells.header[0], TIME.name)
+            raise ConfigError(f"{file}: {has}; allowed: time and pressure; name one by {option}")
         _finger(imported, settings, SEVERAL)
     if imported.questions:
         raise imported.questions[0]
@@ -240,11 +248,11 @@ def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     if settings.log is not None:
         log_cells = next(iter(reading.readings(settings.log, replace(settings, sheet=None))))
         of_log = tuple(
-            text for text in settings.column
-            if any(name in sides(text)[0] for name in {*log_cells.header} - {*cells.header})
+            named for named in settings.column
+            if any(name in named.header for name in {*log_cells.header} - {*cells.header})
         )  # fmt: skip
         log = _named(settings.log, log_cells, replace(settings, column=of_log))
-        of_first = tuple(text for text in settings.column if text not in of_log)
+        of_first = tuple(named for named in settings.column if named not in of_log)
         settings = replace(settings, column=of_first)
     imported = _named(file, cells, settings)
     imported.questions += [] if log is None else log.questions
@@ -326,8 +334,10 @@ def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
 
 
 def _about(entry: Recognised) -> Question:
-    lines = [column_line(entry.header, column, change) for change, column in entry.offered]
-    return Question(f"{entry.header}: {entry.why};", [*lines, column_line(entry.header, IGNORE)])
+    options = [column_option(entry.header, column, change) for change, column in entry.offered]
+    return Question(
+        f"{entry.header}: {entry.why};", [*options, column_option(entry.header, IGNORE)]
+    )
 
 
 def _with_clock(entry: Recognised, cells: Cells, place: int) -> Recognised:
@@ -364,14 +374,14 @@ def _one_each(imported: ImportedTable) -> None:
         if fixed:
             imported.taken |= {header: None for header in headers if header not in fixed}
         elif len(headers) > 1 and target not in ("setpoint", "frame"):
-            lines = [column_line(header, target) for header in headers]
+            options = [column_option(header, target) for header in headers]
             if target == "pressure_kPa":  # of an arm with a supply for each of its chambers
-                lines += [column_line(headers[0], "cavity_1_supply_kPa")]
+                options += [column_option(headers[0], "cavity_1_supply_kPa")]
             if target in {name for names in READINGS.values() for name in names}:
-                lines += ["--side-by-side"]
+                options += [Option("side_by_side")]
             names = " and ".join(headers)
             verb = "both are" if len(headers) == 2 else "each is"
-            imported.questions.append(Question(f"{names}: {verb} {target}: which?", lines))
+            imported.ask(f"{names}: {verb} {target}: which?", *options)
 
 
 def _convert(imported: ImportedTable) -> None:
@@ -433,7 +443,7 @@ def _beside(imported: ImportedTable) -> None:
 
 def _since_first(imported: ImportedTable) -> None:
     """Count the times of clocks and calendars from the first: a file has ten digits of each."""
-    taken = next(r for r in imported.taken.values() if r and r.target == TIME.name)
+    _, taken = imported.source(TIME.name)
     first = imported.table[TIME.name].min()
     if taken.unit in (CLOCK, *ORDERS) or first > DAY_S:
         imported.table[TIME.name] -= first
@@ -448,7 +458,7 @@ def _numbers(imported: ImportedTable, header: str, texts: Sequence[str]) -> np.n
             raise ConfigError(
                 f"{imported.file}: line {number}: {header} = {text}: not a number; allowed: "
                 f"numbers with a decimal {imported.cells.how.rpartition(' ')[2]}, or nothing; "
-                f"remove a line that is no reading, or add {column_line(header, IGNORE)}"
+                f"remove a line that is no reading, or add {column_option(header, IGNORE)}"
             ) from None
     return np.array(values)
 
@@ -497,8 +507,8 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     if not can:
         raise ConfigError(_lacking(imported, ""))
     if len(can) > 1:
-        lines = [line("experiment", name) for name in can]
-        imported.questions.append(Question("its columns fit several experiments: which?", lines))
+        options = [Option("experiment", name) for name in can]
+        imported.ask("its columns fit several experiments: which?", *options)
         return None
     imported.setup["experiment"] = can[0]
     return can[0]
@@ -510,7 +520,7 @@ def _lacking(imported: ImportedTable, experiment: str) -> str:
     unused = [header for header, taken in imported.taken.items() if taken is None]
     more = ""
     if unused:
-        example = column_line(unused[0], "pressure_kPa")
+        example = column_option(unused[0], "pressure_kPa")
         more = f"; not known, or without numbers: {', '.join(unused)}: name one by {example}"
     needs = {
         "bending": "pressure and an angle or a place of the tip",
@@ -534,16 +544,13 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
     name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
     value = table[name].to_numpy()
     finite = value[np.isfinite(value)]
-    header, column = next((h, t) for h, t in imported.taken.items() if t and t.target == name)
+    header, column = imported.source(name)
     certain = header in imported.fixed or level(column.unit)[1] == "gauge"
     if not certain and len(finite) and AIR_KPA[0] <= finite[0] <= AIR_KPA[1]:
         air = finite[0] / column.factor
-        lines = [column_line(header, name, change) for change in (f"-{air:.6g}", "")]
-        imported.questions.append(
-            Question(
-                f"{header}: begins at {finite[0]:.4g} kPa: above vacuum, or above the air?", lines
-            )
-        )
+        options = [column_option(header, name, change) for change in (f"-{air:.6g}", "")]
+        what = f"{header}: begins at {finite[0]:.4g} kPa: above vacuum, or above the air?"
+        imported.ask(what, *options)
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
     if name == "suction_kPa":
         if min(-low, high) > ZERO_KPA:
@@ -577,15 +584,12 @@ def _times(imported: ImportedTable, settings: Told, rate: str) -> None:
     if rate in imported.setup:
         imported.notes.append(f"times follow from {rate} = {imported.setup[rate]:g}")
     elif "frame" in imported.table:
-        lines = [line("frame_rate"), line("rate")]
         unit = rate.removeprefix("rate_").replace("_per_", "/")
-        imported.questions.append(
-            Question(
-                f"frames in place of time: pictures per second (Hz), or the rate ({unit})?", lines
-            )
-        )
+        what = f"frames in place of time: pictures per second (Hz), or the rate ({unit})?"
+        imported.ask(what, Option("frame_rate", VALUE), Option("rate", VALUE))
     else:
-        imported.notes.append(f"no time: diagnose assumes a rate, unless {line('rate')} tells it")
+        option = Option("rate", VALUE)
+        imported.notes.append(f"no time: diagnose assumes a rate, unless {option} tells it")
 
 
 def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
@@ -608,7 +612,7 @@ def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
             ("area", area, "force_N", "cross-section at rest (mm²)"),
         ):
             if name in table and not value:
-                imported.questions.append(Question(f"{needs}: not told;", [line(key)]))
+                imported.ask(f"{needs}: not told;", Option(key, VALUE))
     if length:
         setup["gauge_length_mm"] = float(length)
     if area:
@@ -644,9 +648,7 @@ def _pressed_or_pulled(
             at_rest = float(name == "stretch")
             turned = at_rest + pressed(table[name].to_numpy() - at_rest)
             if (turned != table[name]).any():
-                header, column = next(
-                    (h, t) for h, t in imported.taken.items() if t and t.target == name
-                )
+                header, column = imported.source(name)
                 offset = 2 * at_rest - column.offset
                 imported.taken[header] = replace(column, factor=-column.factor, offset=offset)
             table[name] = turned
@@ -655,9 +657,9 @@ def _pressed_or_pulled(
         strain = (both[:, 0] - both[0, 0]) / (length_mm if ways[0] == "displacement_mm" else 1.0)
         first = first_loading(1 + strain, both[:, 1])
         if first.any() and strain[first].min() >= 0 and is_hollow(strain[first], both[first, 1]):
-            lines = [line("mode", kind) for kind in (coupons.COMPRESSION, coupons.MODES[0])]
+            options = [Option("mode", kind) for kind in (coupons.COMPRESSION, coupons.MODES[0])]
             what = f"{loads[0]} rises ever more steeply, as that of rubber in compression: which?"
-            imported.questions.append(Question(what, lines))
+            imported.ask(what, *options)
 
 
 def _from_nominal(
@@ -678,7 +680,7 @@ def _from_nominal(
     )
     if of not in table and (scale is None or name not in table):
         return table.drop(columns=name) if name == STRAIN and "stretch" in table else table
-    header, column = next((h, t) for h, t in imported.taken.items() if t and t.target == name)
+    header, column = imported.source(name)
     if of not in table and scale is not None:
         shift = column.offset - (name == "stretch")
         imported.taken[header] = replace(
@@ -704,9 +706,8 @@ def _unlike_its_name(imported: ImportedTable) -> None:
             continue
         begins = float(imported.table[taken.target].dropna().iloc[0])
         if (taken.target == STRAIN) == (begins >= UNSTRETCHED):
-            lines = [column_line(header, name) for name in (STRAIN, "stretch")]
-            what = f"{header}: begins at {begins:.4g}: a strain, or a stretch?"
-            imported.questions.append(Question(what, lines))
+            options = [column_option(header, name) for name in (STRAIN, "stretch")]
+            imported.ask(f"{header}: begins at {begins:.4g}: a strain, or a stretch?", *options)
 
 
 def _at_rest(imported: ImportedTable, settings: Told) -> None:
@@ -721,12 +722,8 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
         if settings.zero_at_rest:
             table[name] = table[name] - first
         elif settings.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table, name):
-            lines = ["--zero-at-rest", "--no-zero-at-rest"]
-            imported.questions.append(
-                Question(
-                    f"{name} begins at {begins:.4g} {CHANNELS[name].symbol}: zero there?", lines
-                )
-            )
+            what = f"{name} begins at {begins:.4g} {CHANNELS[name].symbol}: zero there?"
+            imported.ask(what, Option("zero_at_rest"), Option("zero_at_rest", False))
     if settings.zero_at_rest:
         imported.notes.append("first readings are subtracted: they are those at rest")
     _signs(imported)
@@ -756,10 +753,8 @@ def _signs(imported: ImportedTable) -> None:
         both = table[[control, name]].dropna()
         farthest = both[name].iloc[int(both[control].to_numpy().argmax())] - both[name].iloc[0]
         if farthest < -AT_REST_SIGMA * CHANNELS[name].noise:
-            lines = [column_line(header, name, change) for change in ("*-1", "")]
-            imported.questions.append(
-                Question(f"{header}: falls as {control} rises: turn its sign?", lines)
-            )
+            options = [column_option(header, name, change) for change in ("*-1", "")]
+            imported.ask(f"{header}: falls as {control} rises: turn its sign?", *options)
 
 
 def _arrange(imported: ImportedTable, experiment: str) -> None:

@@ -2,17 +2,77 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, get_args, get_type_hints
+from typing import Any, Final
 
 ORDERS: Final = ("dmy", "mdy")
 """Orders of day, month and year that a date may have which does not begin with the year."""
 
 VALUE: Final = "VALUE"
-"""Place of a value in a line that the person fills in."""
+"""Place of a value that the person fills in."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedColumn:
+    """A column of a table, and what it is.
+
+    Attributes:
+        header: its name in the table, with what is done to its numbers, as ``ADC*0.05-2``.
+        column: of the format, the same in another unit, or ``ignore``.
+    """
+
+    header: str
+    column: str
+
+    def __str__(self) -> str:
+        """As it is typed."""
+        return "=".join((self.header, self.column))
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """An option of the command, which settles a question.
+
+    Attributes:
+        name: of the setting, of :class:`Told`.
+        value: its value; :data:`VALUE` where the person tells it.
+    """
+
+    name: str
+    value: Any = True
+
+    def __str__(self) -> str:
+        """As it is typed."""
+        flag = f"--{'no-' if self.value is False else ''}{self.name.replace('_', '-')}"
+        if isinstance(self.value, bool):
+            return flag
+        text = str(self.value)
+        return f"{flag} {text if text.isalnum() else _quoted(text)}"
+
+    def filled(self, place: str, number: float) -> Option:
+        """The option with a number at a place that the person fills in.
+
+        Args:
+            place: a word, as :data:`VALUE`.
+            number: which stands there.
+        """
+        if not isinstance(self.value, NamedColumn):
+            return replace(self, value=number)
+        header = self.value.header.replace(place, f"{number}").replace("+-", "-")
+        return replace(self, value=replace(self.value, header=header))
+
+
+def column_option(header: str, column: str, change: str = "") -> Option:
+    """The option that says what a column is.
+
+    Args:
+        header: its name.
+        column: of the format.
+        change: what is done to its numbers, as ``*-1``.
+    """
+    return Option("column", NamedColumn(header + change, column))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +80,7 @@ class Told:
     """Everything about a table that is told rather than read.
 
     Attributes:
-        column: ``HEADER=COLUMN`` texts; see :func:`dolfingrip.importing.header.told_columns`.
+        column: columns that are named; see :func:`dolfingrip.importing.header.told_columns`.
         experiment: name of the experiment.
         zero_at_rest: whether the first reading is subtracted from readings that count from rest;
             None: not told.
@@ -37,7 +97,7 @@ class Told:
         shift: time of the pressure's clock where that of the readings shows 0 (s).
     """
 
-    column: tuple[str, ...] = ()
+    column: tuple[NamedColumn, ...] = ()
     experiment: str | None = None
     zero_at_rest: bool | None = None
     gauge_length: float | None = None
@@ -52,23 +112,14 @@ class Told:
     log: Path | None = None
     shift: float | None = None
 
-    def with_line(self, text: str) -> Told:
-        """These settings and one line of a command, such as ``--column "p=pressure_bar"``."""
-        flag, *values = shlex.split(text)
-        name = flag.removeprefix("--").replace("-", "_")
-        value: Any = values[0] if values else True
-        if name.startswith("no_"):
-            name, value = name.removeprefix("no_"), False
-        elif name == "column":
-            value = (*self.column, value)
-        elif float in get_args(get_type_hints(Told)[name]):
-            value = float(value)
-        return replace(self, **{name: value})
+    def with_option(self, option: Option) -> Told:
+        """These settings and one more.
 
-    @classmethod
-    def of(cls, settings: Any) -> Told:
-        """The settings of a command that has these among others."""
-        return cls(**{field.name: getattr(settings, field.name) for field in fields(cls)})
+        Args:
+            option: of the command.
+        """
+        value = (*self.column, option.value) if option.name == "column" else option.value
+        return replace(self, **{option.name: value})
 
 
 class Question(Exception):
@@ -76,43 +127,12 @@ class Question(Exception):
 
     Attributes:
         text: what is not known.
-        lines: options of a command, each of which settles it.
+        options: of the command, each of which settles it.
     """
 
-    def __init__(self, text: str, lines: Sequence[str]) -> None:
-        self.text, self.lines = text, tuple(lines)
-        super().__init__(f"{text} add {' or '.join(lines)}")
-
-
-def line(name: str, value: str = VALUE) -> str:
-    """An option of the command, as it is typed.
-
-    Args:
-        name: of the setting.
-        value: its value.
-    """
-    return f"--{name.replace('_', '-')} {value if value.isalnum() else _quoted(value)}"
-
-
-def column_line(header: str, column: str, change: str = "") -> str:
-    """The option that says what a column is.
-
-    Args:
-        header: its name.
-        column: of the format.
-        change: what is done to its numbers, as ``*-1``.
-    """
-    return line("column", f"{header}{change}={column}")
-
-
-def sides(text: str) -> tuple[str, str]:
-    """The header with what is done to its numbers, and the column, of such an option's value.
-
-    Args:
-        text: as it is typed.
-    """
-    header, _, column = text.rpartition("=")
-    return header, column
+    def __init__(self, text: str, options: Sequence[Option]) -> None:
+        self.text, self.options = text, tuple(options)
+        super().__init__(f"{text} add {' or '.join(map(str, options))}")
 
 
 def _quoted(text: str) -> str:

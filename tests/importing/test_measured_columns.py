@@ -12,6 +12,7 @@ from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip.cli.app import app
+from dolfingrip.cli.import_command import named
 from dolfingrip.config import ConfigError
 from dolfingrip.importing import importing
 from dolfingrip.importing.importing import ImportedTable, understand
@@ -136,7 +137,7 @@ def test_supplies_markers_and_curvatures_are_named_by_column(tmp_path: Path) -> 
     column = ("A [Pa]=cavity_1_supply_kPa", "B [Pa]=cavity_2_supply_kPa",
               "C [Pa]=cavity_3_supply_Pa", "kappa [1/mm]=curvature_2_per_m",
               "mark=marker_2_x_cm")  # fmt: skip
-    found = understand(file, Told(column=column))
+    found = understand(file, Told(column=named(column)))
     assert not found.questions
     last = found.table.iloc[-1]
     assert last["cavity_1_supply_kPa"] == pytest.approx(5)
@@ -154,9 +155,9 @@ def test_a_table_of_three_supplies_is_told_how_to_name_them(tmp_path: Path) -> N
     file = tmp_path / "arm.csv"
     file.write_text("p1 [kPa],p2 [kPa],theta [deg]\n0,0,0\n5,9,3\n")
     (question,) = understand(file, Told()).questions
-    assert '--column "p1 [kPa]=cavity_1_supply_kPa"' in question.lines
+    assert '--column "p1 [kPa]=cavity_1_supply_kPa"' in map(str, question.options)
     with pytest.raises(ConfigError, match="cavity_2_supply_kPa, marker_1_x_mm"):
-        understand(file, Told(column=("p1 [kPa]=cavity_2_suply_kPa",)))
+        understand(file, Told(column=named(["p1 [kPa]=cavity_2_suply_kPa"])))
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ import openpyxl
 import pandas as pd
 import pytest
 
+from dolfingrip.cli.import_command import named
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.importing import importing
@@ -287,7 +288,7 @@ TABLES = (
         "camera.csv", CAMERA.encode(),
         {"time_s": [0, 1, 2], "pressure_kPa": [0, 2.9 * PSI_KPA, 5.8 * PSI_KPA],
          "angle_deg": [0, 4.9, 9.8]},
-        Told(column=("ActuatorAngle_deg*-1=angle_deg",), zero_at_rest=True, frame_rate=30.0),
+        Told(column=named(("ActuatorAngle_deg*-1=angle_deg",)), zero_at_rest=True, frame_rate=30.0),
     ),
     LabTable(
         "machine.csv", MACHINE.encode("utf-16"),
@@ -298,7 +299,7 @@ TABLES = (
     LabTable(
         "treloar.dat", TRELOAR.encode(),
         {"stretch": [1, 1.12, 1.24, 1.39], "stress_MPa": [0, 0.137293, 0.230456, 0.313813]},
-        Told(column=("column 1=stretch", "column 2=stress [kgf/cm2]")), "coupon",
+        Told(column=named(("column 1=stretch", "column 2=stress [kgf/cm2]"))), "coupon",
     ),
     LabTable(
         "treloar.csv", TRELOAR_KG.encode("latin-1"),
@@ -322,7 +323,7 @@ TABLES = (
     LabTable(
         "raw.csv", RAW.encode(),
         {"time_s": [0, 0.5, 1], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 4.5, 9.75]},
-        Told(column=("ADC counts pressure*0.04878048780487805-20=pressure_kPa",)),
+        Told(column=named(("ADC counts pressure*0.04878048780487805-20=pressure_kPa",))),
     ),
     LabTable(
         "vacuum.csv", VACUUM.encode("cp1252"),
@@ -335,7 +336,7 @@ TABLES = (
     LabTable(
         "russian.csv", RUSSIAN.encode("cp1251", "replace").replace(b"?", b"-"),
         {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "force_N": [0, 1.2345, -0.025]},
-        Told(column=("Сила, мН=force_mN",)), "blocked_force",
+        Told(column=named(("Сила, мН=force_mN",))), "blocked_force",
     ),
     LabTable(
         "pages.txt", PAGES.encode(),
@@ -345,7 +346,7 @@ TABLES = (
     LabTable(
         "labview.lvm", LABVIEW.encode(),
         {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, math.nan]},
-        Told(column=("X_Value=time_s",)),
+        Told(column=named(("X_Value=time_s",))),
     ),
     LabTable(
         "turkish.csv", TURKISH.encode("cp1254"),
@@ -494,18 +495,18 @@ def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
         questions = understand(file, Told()).questions
     except Question as question:
         questions = [question]
-    offered = [line for question in questions for line in question.lines]
-    assert set(lines) <= set(offered), offered
+    offered = {str(option): question for question in questions for option in question.options}
+    assert {*lines} <= {*offered}, offered
     # each line settles its question
     for line in lines:
-        if "VALUE" in line or "FACTOR" in line:
-            line = line.replace("VALUE", "2").replace("FACTOR", "1.5").replace("OFFSET", "0")
+        option = next(option for option in offered[line].options if str(option) == line)
+        for place, number in (("VALUE", 2.0), ("FACTOR", 1.5), ("OFFSET", 0.0)):
+            option = option.filled(place, number) if place in str(option) else option
         try:
-            left = [each.text for each in understand(file, Told().with_line(line)).questions]
+            left = understand(file, Told().with_option(option)).questions
         except Question as question:
-            left = [question.text]
-        asked = [question.text for question in questions if line in question.lines]
-        assert not set(asked) & set(left)
+            left = [question]
+        assert offered[line].text not in {question.text for question in left}
 
 
 @pytest.mark.parametrize(
