@@ -25,12 +25,13 @@ INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
 PLAIN = "#9CC3E0"
 """Colour of a finger that no field colours."""
 
-_COLOUR_MAPS = {
+COLOUR_MAPS = {
     "displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.86),
     "mises": ("PuRd", 0.03, 0.86), "stress": ("OrRd", 0.03, 0.86),
     "energy": ("YlGn", 0.03, 0.86), "contact": ("BuPu", 0.03, 0.86),
     "pressure": ("Blues", 0.03, 0.86),
 }  # fmt: skip
+"""By quantity: Matplotlib's name, and the part of the map that is taken."""
 
 DPI = 300
 """Dots per inch of every file written."""
@@ -80,7 +81,7 @@ def colour_map(quantity: str) -> Colormap:
     """
     if quantity == "none":
         return ListedColormap([PLAIN], name="dolfingrip_none")
-    name, low, high = _COLOUR_MAPS[quantity]
+    name, low, high = COLOUR_MAPS[quantity]
     colours = mpl.colormaps[name](np.linspace(low, high, 256))
     return ListedColormap(colours, name=f"dolfingrip_{quantity}")
 
