@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import ClassVar, Final
 
 import numpy as np
@@ -195,20 +196,18 @@ class FingerSimulation:
         if not np.isfinite(simulated.readings).all():
             return None
         plain, felt = self._told(start, simulated.runs), {}
+        none = np.zeros(len(simulated.readings))
         for cause in causes:
             keys_of = [n.gradient if n.amplitude else "" for n in cause.numbers]
-            if any(key in simulated.slopes for key in keys_of):
-                zero = [cause.resting_coordinate(n) for n in cause.numbers]
-                c = start.moduli
-                slopes = [
-                    simulated.slopes.get(key, np.zeros(len(simulated.readings)))
-                    * n.coordinate_of(cause.neutral(n))[1]
-                    * (c if n.modulus else 1.0) if key else np.zeros(len(simulated.readings))
-                    for key, n in zip(keys_of, cause.numbers, strict=True)
-                ]  # fmt: skip
-                u = np.hstack([plain.u, np.array([zero])])
-                columns = np.concatenate([plain.told, np.stack(slopes, axis=1)[None]], axis=2)
-                felt[cause.name] = Tangents(u, columns)
+            if simulated.slopes.keys().isdisjoint(keys_of):
+                continue
+            by = [
+                n.coordinate_of(cause.neutral(n))[1] * (start.moduli if n.modulus else 1.0)
+                if key else 0.0
+                for key, n in zip(keys_of, cause.numbers, strict=True)
+            ]  # fmt: skip
+            slopes = [simulated.slopes.get(key, none) for key in keys_of]
+            felt[cause.name] = at_rest(cause, plain, np.column_stack(slopes) * by)
         return felt
 
     def _variants(self, point: Point) -> Iterable[ModelVariant]:
@@ -251,49 +250,40 @@ class FingerSimulation:
         exact[1:] = np.nan_to_num(exact[1:])
         by = point.rates()
         columns = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
-        instruments = [(cause, zeta) for cause, zeta in point.causes if shown(cause)]
-        if instruments:
-            columns = self._displayed(point, instruments, rows, by)
+        if any(shown(cause) for cause, _ in point.causes):
+            columns = self._displayed(point, rows, by)
         return Tangents(point.u, columns[None])
 
     def _displayed(
-        self,
-        point: Point,
-        instruments: Sequence[tuple[Cause, np.ndarray]],
-        rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]],
-        by: np.ndarray,
+        self, point: Point, rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]], by: np.ndarray
     ) -> np.ndarray:
         """Readings and derivatives, (n, 1 + d), as instruments show them."""
-        numbers = [*point.numbers]
+        numbers, zeta = [n for n, _ in point.numbers], np.array([z for _, z in point.numbers])
+        starts = len(point.own) + np.cumsum([0, *(len(part) for _, part in point.causes)])
+        instruments = [
+            (cause, slice(start, end))
+            for (cause, _), (start, end) in zip(point.causes, pairwise(starts), strict=True)
+            if shown(cause)
+        ]
 
-        def shows(place: int | None = None) -> np.ndarray:
-            """(n,) readings with one number by a step of its coordinate on."""
-            moved: list[tuple[Cause, np.ndarray]] = []
-            at = len(numbers) - sum(len(zeta) for _, zeta in point.causes)
-            for cause, zeta in point.causes:
-                step = np.array([STEP * (place == at + 1 + i) for i in range(len(zeta))])
-                at += len(zeta)
-                if shown(cause):
-                    moved.append((cause, zeta + step))
+        def shows(step: np.ndarray) -> np.ndarray:
+            """(n,) readings by a step from all numbers, the factor of moduli first."""
             on: Change = {}
-            for cause, zeta in moved:
-                on = {**on, **cause.overrides(zeta)}
+            for cause, part in instruments:
+                on = {**on, **cause.overrides((zeta + step[1:])[part])}
             config = changed(self.applied, on)
-            displayed = {}
-            for tests, columns in rows.items():
-                true = {name: values[0].copy() for name, values in columns.items()}
-                if place is not None:
-                    for name, values in columns.items():
-                        true[name] += STEP * by[place] * values[1 + place]
-                displayed[tests] = self._shown_rows(config, tests, true)
-            return self.measurement.collected(displayed)
+            return self.measurement.collected({
+                tests: self._shown_rows(config, tests, {
+                    name: values[0] + (step * by) @ values[1:] for name, values in columns.items()
+                })
+                for tests, columns in rows.items()
+            })  # fmt: skip
 
-        here = shows()
-        slopes = [(shows(place) - here) / STEP for place in range(len(by))]
-        for place, (number, zeta) in enumerate(numbers, 1):
-            instrument = any(number in cause.numbers for cause, _ in instruments)
-            if instrument:  # its step was of ζ
-                slopes[place] /= float(number.coordinate(np.array(zeta))[1])
+        here = shows(np.zeros(len(by)))
+        slopes = [(shows(step) - here) / STEP for step in STEP * np.eye(len(by))]
+        for _, part in instruments:  # whose steps were of ζ
+            for place in range(part.start, part.stop):
+                slopes[1 + place] /= float(numbers[place].coordinate(zeta[place])[1])
         return np.column_stack([here + self.delta, *slopes])
 
     def _shown_rows(
@@ -320,6 +310,19 @@ def shown(cause: Cause) -> bool:
         cause: an effect of the catalogue.
     """
     return issubclass(effect(cause.name), Displaying)
+
+
+def at_rest(cause: Cause, plain: Tangents, slopes: np.ndarray) -> Tangents:
+    """The model with a cause that does nothing.
+
+    Args:
+        cause: whose amplitudes are neutral.
+        plain: the model without it, one simulation.
+        slopes: derivatives by the coordinates of its numbers, shape (n, d).
+    """
+    u = [cause.resting_coordinate(number) for number in cause.numbers]
+    told = np.concatenate([plain.told, slopes[None]], axis=2)
+    return Tangents(np.hstack([plain.u, [u]]), told)
 
 
 def _felt(cause: Cause, experiment: str, config: Config) -> bool:
