@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import ClassVar, Final
 
 import numpy as np
@@ -250,40 +249,49 @@ class FingerSimulation:
         exact[1:] = np.nan_to_num(exact[1:])
         by = point.rates()
         columns = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
-        if any(shown(cause) for cause, _ in point.causes):
-            columns = self._displayed(point, rows, by)
+        instruments = [(cause, zeta) for cause, zeta in point.causes if shown(cause)]
+        if instruments:
+            columns = self._displayed(point, instruments, rows, by)
         return Tangents(point.u, columns[None])
 
     def _displayed(
-        self, point: Point, rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]], by: np.ndarray
+        self,
+        point: Point,
+        instruments: Sequence[tuple[Cause, np.ndarray]],
+        rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]],
+        by: np.ndarray,
     ) -> np.ndarray:
         """Readings and derivatives, (n, 1 + d), as instruments show them."""
-        numbers, zeta = [n for n, _ in point.numbers], np.array([z for _, z in point.numbers])
-        starts = len(point.own) + np.cumsum([0, *(len(part) for _, part in point.causes)])
-        instruments = [
-            (cause, slice(start, end))
-            for (cause, _), (start, end) in zip(point.causes, pairwise(starts), strict=True)
-            if shown(cause)
-        ]
+        numbers = [*point.numbers]
 
-        def shows(step: np.ndarray) -> np.ndarray:
-            """(n,) readings by a step from all numbers, the factor of moduli first."""
+        def shows(place: int | None = None) -> np.ndarray:
+            """(n,) readings with one number by a step of its coordinate on."""
+            moved: list[tuple[Cause, np.ndarray]] = []
+            at = len(numbers) - sum(len(zeta) for _, zeta in point.causes)
+            for cause, zeta in point.causes:
+                step = np.array([STEP * (place == at + 1 + i) for i in range(len(zeta))])
+                at += len(zeta)
+                if shown(cause):
+                    moved.append((cause, zeta + step))
             on: Change = {}
-            for cause, part in instruments:
-                on = {**on, **cause.overrides((zeta + step[1:])[part])}
+            for cause, zeta in moved:
+                on = {**on, **cause.overrides(zeta)}
             config = changed(self.applied, on)
-            return self.measurement.collected({
-                tests: self._shown_rows(config, tests, {
-                    name: values[0] + (step * by) @ values[1:] for name, values in columns.items()
-                })
-                for tests, columns in rows.items()
-            })  # fmt: skip
+            displayed = {}
+            for tests, columns in rows.items():
+                true = {name: values[0].copy() for name, values in columns.items()}
+                if place is not None:
+                    for name, values in columns.items():
+                        true[name] += STEP * by[place] * values[1 + place]
+                displayed[tests] = self._shown_rows(config, tests, true)
+            return self.measurement.collected(displayed)
 
-        here = shows(np.zeros(len(by)))
-        slopes = [(shows(step) - here) / STEP for step in STEP * np.eye(len(by))]
-        for _, part in instruments:  # whose steps were of ζ
-            for place in range(part.start, part.stop):
-                slopes[1 + place] /= float(numbers[place].coordinate(zeta[place])[1])
+        here = shows()
+        slopes = [(shows(place) - here) / STEP for place in range(len(by))]
+        for place, (number, zeta) in enumerate(numbers, 1):
+            instrument = any(number in cause.numbers for cause, _ in instruments)
+            if instrument:  # its step was of ζ
+                slopes[place] /= float(number.coordinate(np.array(zeta))[1])
         return np.column_stack([here + self.delta, *slopes])
 
     def _shown_rows(
@@ -312,19 +320,6 @@ def shown(cause: Cause) -> bool:
     return issubclass(effect(cause.name), Displaying)
 
 
-def at_rest(cause: Cause, plain: Tangents, slopes: np.ndarray) -> Tangents:
-    """The model with a cause that does nothing.
-
-    Args:
-        cause: whose amplitudes are neutral.
-        plain: the model without it, one simulation.
-        slopes: derivatives by the coordinates of its numbers, shape (n, d).
-    """
-    u = [cause.resting_coordinate(number) for number in cause.numbers]
-    told = np.concatenate([plain.told, slopes[None]], axis=2)
-    return Tangents(np.hstack([plain.u, [u]]), told)
-
-
 def _felt(cause: Cause, experiment: str, config: Config) -> bool:
     kind = effect(cause.name)
     felt: bool = kind.felt_on(EXPERIMENTS[experiment].parts)
@@ -346,6 +341,19 @@ def _rounded(values: Change) -> Change:
         return float(ROUNDED.format(value)) if isinstance(value, float) else value
 
     return {key: one(value) for key, value in values.items()}
+
+
+def at_rest(cause: Cause, plain: Tangents, slopes: np.ndarray) -> Tangents:
+    """The model with a cause that does nothing.
+
+    Args:
+        cause: whose amplitudes are neutral.
+        plain: the model without it, one simulation.
+        slopes: derivatives by the coordinates of its numbers, shape (n, d).
+    """
+    u = [cause.resting_coordinate(number) for number in cause.numbers]
+    told = np.concatenate([plain.told, slopes[None]], axis=2)
+    return Tangents(np.hstack([plain.u, [u]]), told)
 
 
 def coarser(config: Config) -> list[Change]:
