@@ -89,7 +89,8 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     parts = []
     for of_setup in _together(measurement.tests, same_setup):
         first = of_setup[0]
-        control, curve = CONTROL[first.experiment], None
+        control = CONTROL[first.experiment]
+        curve = None
         if not first.supplies:
             curve = stops.elastic([ways[test.number] for test in of_setup], control)
         for part in _together(of_setup, same_way):

@@ -140,7 +140,9 @@ def _spline_weights(at: tuple[float, ...], where: tuple[float, ...], derivative:
         return np.repeat(unit * float(derivative == 0), len(where), axis=0)
     spline, inside = CubicSpline(places, unit), np.clip(where, places[0], places[-1])
     slopes = np.asarray(spline(inside, 1))
-    return slopes if derivative else spline(inside) + (where - inside)[:, None] * slopes
+    if derivative:
+        return slopes
+    return np.asarray(spline(inside) + (where - inside)[:, None] * slopes)
 
 
 @dataclass(frozen=True, slots=True)
