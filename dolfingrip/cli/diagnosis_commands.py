@@ -46,10 +46,10 @@ def diagnose(args: DiagnoseSettings) -> None:
             screen.say, show,
         )  # fmt: skip
         diagnosis = diagnosing.diagnose(data, resolved, args.out, chosen)
-    result = write(diagnosis, data, args.out)
+    result, readings = write(diagnosis, data, args.out)
 
-    pictures.draw(result.result, result.readings, args.out)
-    for line in lines(result.result):
+    pictures.draw(result, readings, args.out)
+    for line in lines(result):
         screen.say(line)
     screen.say(f"diagnosis: {args.out}")
 

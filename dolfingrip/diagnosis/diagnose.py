@@ -22,7 +22,7 @@ from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import reversed_signs, slips, suspicions
+from dolfingrip.diagnosis.data.suspicion import reversed_signs, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse_fingers
@@ -108,13 +108,13 @@ def diagnose_measurement(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say, quick = settings.say, settings.quick
-    doubts = slips(reversed_signs(measurement, config))
+    doubts = reversed_signs(measurement, config)
     for doubt in doubts:
         say(f"check the data first: {slip_words(doubt)}")
     analysis = analyse(measurement, config, workers, settings.effects, say, quick=quick)
     configured = analysis.configured
     shown = np.where(np.isfinite(configured), configured, analysis.problem.base)
-    for doubt in slips(suspicions(analysis.measurement, shown)):
+    for doubt in suspicions(analysis.measurement, shown):
         if doubt not in doubts:
             say(f"check the data first: {slip_words(doubt)}")
             doubts.append(doubt)
@@ -122,17 +122,18 @@ def diagnose_measurement(
     diagnosis.slips = doubts
     outside = diagnosis.analysis.specimens_apart() if settings.specimens else None
     if outside is not None:
-        say(f"diagnosing without {' and '.join(outside.names)}, apart from the other specimens")
-        others = {test.number for test in measurement.tests if test.specimen not in outside.names}
+        names, log_odds = outside
+        say(f"diagnosing without {' and '.join(names)}, apart from the other specimens")
+        others = {test.number for test in measurement.tests if test.specimen not in names}
         alone = replace(settings, quick=True, specimens=False)
         second = diagnose_measurement(measurement.of(others), config, workers, alone)
-        odds = float(np.exp(min(outside.log_odds, 100.0)))
-        diagnosis.apart = SpecimensApart(specimens=outside.names, odds=odds, without=second.verdict)
+        odds = float(np.exp(min(log_odds, 100.0)))
+        diagnosis.apart = SpecimensApart(specimens=names, odds=odds, without=second.verdict)
     diagnosis.warnings = [*measurement.warnings]
     thorough = not quick and diagnosis.decision.answer == "cause"
     if thorough:
         say("measuring the gain on readings that are left out")
-        diagnosis.held_out = held_out(diagnosis.analysis, diagnosis.posterior)
+        diagnosis.gain, diagnosis.gain_claimed = held_out(diagnosis.analysis, diagnosis.posterior)
     say("looking for what would settle it")
     diagnosis.next, failed = settled_by(diagnosis, say, simulating=thorough)
     diagnosis.warnings += failed

@@ -195,20 +195,18 @@ class FingerSimulation:
         if not np.isfinite(simulated.readings).all():
             return None
         plain, felt = self._told(start, simulated.runs), {}
+        none = np.zeros(len(simulated.readings))
         for cause in causes:
             keys_of = [n.gradient if n.amplitude else "" for n in cause.numbers]
-            if any(key in simulated.slopes for key in keys_of):
-                zero = [cause.resting_coordinate(n) for n in cause.numbers]
-                c = start.moduli
-                slopes = [
-                    simulated.slopes.get(key, np.zeros(len(simulated.readings)))
-                    * n.coordinate_of(cause.neutral(n))[1]
-                    * (c if n.modulus else 1.0) if key else np.zeros(len(simulated.readings))
-                    for key, n in zip(keys_of, cause.numbers, strict=True)
-                ]  # fmt: skip
-                u = np.hstack([plain.u, np.array([zero])])
-                columns = np.concatenate([plain.told, np.stack(slopes, axis=1)[None]], axis=2)
-                felt[cause.name] = Tangents(u, columns)
+            if simulated.slopes.keys().isdisjoint(keys_of):
+                continue
+            by = [
+                n.coordinate_of(cause.neutral(n))[1] * (start.moduli if n.modulus else 1.0)
+                if key else 0.0
+                for key, n in zip(keys_of, cause.numbers, strict=True)
+            ]  # fmt: skip
+            slopes = [simulated.slopes.get(key, none) for key in keys_of]
+            felt[cause.name] = at_rest(cause, plain, np.column_stack(slopes) * by)
         return felt
 
     def _variants(self, point: Point) -> Iterable[ModelVariant]:
@@ -343,6 +341,19 @@ def _rounded(values: Change) -> Change:
         return float(ROUNDED.format(value)) if isinstance(value, float) else value
 
     return {key: one(value) for key, value in values.items()}
+
+
+def at_rest(cause: Cause, plain: Tangents, slopes: np.ndarray) -> Tangents:
+    """The model with a cause that does nothing.
+
+    Args:
+        cause: whose amplitudes are neutral.
+        plain: the model without it, one simulation.
+        slopes: derivatives by the coordinates of its numbers, shape (n, d).
+    """
+    u = [cause.resting_coordinate(number) for number in cause.numbers]
+    told = np.concatenate([plain.told, slopes[None]], axis=2)
+    return Tangents(np.hstack([plain.u, [u]]), told)
 
 
 def coarser(config: Config) -> list[Change]:

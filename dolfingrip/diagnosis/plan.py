@@ -41,19 +41,9 @@ NOISES: Final = 2
 """Draws of everything else at each strength."""
 
 
-@dataclass(frozen=True)
-class RecoveryOutcome:
-    """The answer of a diagnosis to readings with a hidden cause.
-
-    Attributes:
-        alone: whether it would answer with this cause alone.
-        within: whether with a set that has it.
-        mass: probability of each effect that it finds.
-    """
-
-    alone: bool
-    within: bool
-    mass: dict[str, float]
+Draw = tuple[tuple[str, ...], dict[str, float]]
+"""Of readings with a hidden cause: the set that a diagnosis names in which this one is, empty where
+it names no such set; and the probability of each effect that it finds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +58,7 @@ class Hidden:
     planned: Analysis[Any]
     cause: Cause
     _before: dict[Key, np.ndarray] = field(default_factory=dict)
-    _drawn: dict[int, list[RecoveryOutcome]] = field(default_factory=dict)
+    _drawn: dict[int, list[Draw]] = field(default_factory=dict)
 
     @cached_property
     def visibility(self) -> Visibility:
@@ -80,14 +70,14 @@ class Hidden:
         """Length of its change at a strength, standard deviations."""
         return self.visibility.strength(self.cause.name, self.at(by_ordinary))
 
-    def diagnosed(self, zeta: np.ndarray, rng: np.random.Generator) -> RecoveryOutcome:
+    def diagnosed(self, zeta: np.ndarray, rng: np.random.Generator) -> Draw:
         """The cause at ζ under noise, nuisances and a discrepancy as probable as it may be.
 
         More readings with the same ``rng`` have the same noise, as far as both go.
         """
         problem, name = self.planned.problem, self.cause.name
         if self.visibility.strength(name, zeta) < 0.5 * problem.policy.unlikely:
-            return RecoveryOutcome(alone=False, within=False, mass={})
+            return (), {}
         odds = problem.policy.levels
         level = problem.levels[float(rng.choice([*odds], p=[*odds.values()]))]
         noise = level.coloured(rng.standard_normal(len(problem.value)))
@@ -96,10 +86,9 @@ class Hidden:
             {k: model.read(value) for k, model in problem.levels.items()}, self._before
         )
         decision = decide(posterior)
-        within = decision.answer == "cause" and name in decision.first
+        named = decision.first if decision.answer == "cause" and name in decision.first else ()
         subsets = posterior.subsets
-        mass = {other: held(subsets, (other,)) for other in self.planned.causes}
-        return RecoveryOutcome(within and decision.first == (name,), within, mass)
+        return named, {other: held(subsets, (other,)) for other in self.planned.causes}
 
     @cached_property
     def strengths(self) -> np.ndarray:
@@ -126,7 +115,7 @@ class Hidden:
         """
         return self.cause.at_strength(self.cause.box(), strength, rng)
 
-    def drawn(self, place: int) -> list[RecoveryOutcome]:
+    def drawn(self, place: int) -> list[Draw]:
         """The draws at one of the strengths."""
         if place not in self._drawn:
             name, strength = self.cause.name, float(self.strengths[place])
@@ -137,9 +126,7 @@ class Hidden:
             self._drawn[place] = draws
         return self._drawn[place]
 
-    def counted(
-        self, counts: Callable[[RecoveryOutcome], bool], full: int | None = None
-    ) -> np.ndarray:
+    def counted(self, counts: Callable[[Draw], bool], full: int | None = None) -> np.ndarray:
         """How many draws are judged so at each strength, shape (strengths,).
 
         Not all are drawn: where none is, none is at a lower strength; where all are, all are at a
@@ -191,9 +178,9 @@ def share(outlooks: Sequence[EffectOutlook]) -> float:
 
 def _naming(hidden: Hidden, before: EffectOutlook | None) -> EffectOutlook:
     full = before.sure if before else None
-    alone = hidden.counted(lambda outcome: outcome.alone, full)
+    alone = hidden.counted(lambda draw: len(draw[0]) == 1, full)
     # of an addition it is told what it names, not what it nearly does
-    within = alone if before else hidden.counted(lambda outcome: outcome.within)
+    within = alone if before else hidden.counted(lambda draw: len(draw[0]) > 0)
     named = threshold(hidden.strengths, alone)
     return EffectOutlook(
         effect=hidden.cause.name, ordinary=hidden.label,
@@ -230,8 +217,8 @@ def _alike(hidden: Hidden) -> tuple[str, ...]:
     mass: dict[str, float] = defaultdict(float)
     away = np.abs(np.log(np.maximum(hidden.strengths, 1e-9)))
     for place in np.argsort(away, kind="stable")[:2]:
-        for draw in hidden.drawn(int(place)):
-            for other, p in draw.mass.items():
+        for _, probability in hidden.drawn(int(place)):
+            for other, p in probability.items():
                 mass[other] += p
     least = hidden.planned.problem.policy.matters * mass[name]
     others = sorted(mass, key=lambda n: -mass[n])

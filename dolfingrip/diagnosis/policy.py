@@ -36,11 +36,10 @@ class Policy:
             turns takes two of them.
         certain: standard deviations of the gauge that are a change for certain.
         alike: difference by the largest value up to which two places or ways count as the same.
-        steps: round numbers between 1 and 10, of which laboratories' stops are multiples.
+        steps: round numbers between 1 and 10.
         fineness: distance of stops by the unit that they are rounded to, at least: 25 kPa apart
             they are multiples of 5 kPa. Usual distances (5, 10, 12.5, 20, 25, 50) are far from
             where the unit changes.
-        clear: part of a unit of a laboratory's stops that these may be off it.
         mesh_share: part of the difference between graded and ungraded mesh that the mesh may be off
             by. Without it the mesh alone is taken for an effect: 5.6 standard deviations on the
             reference finger (angle 0.3°, force 0.02 N).
@@ -116,9 +115,8 @@ class Policy:
     waits: float = 3.0
     certain: float = 5.0
     alike: float = 0.03
-    steps: tuple[float, ...] = (1.0, 2.0, 2.5, 5.0)
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0)
     fineness: float = 3.5
-    clear: float = 0.4
     mesh_share: float = 0.3
     part: float = 0.25
     largest_cog_mm: float = 3.0

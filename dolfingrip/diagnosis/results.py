@@ -23,7 +23,6 @@ lines and tables of these fields for ``summary.md``, the command, the report and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -72,20 +71,9 @@ def plan_text(result: PlanFile, policy: Policy = Policy()) -> str:
     return sections([*text, *effects.markdown()], additions, result.warnings)
 
 
-@dataclass(frozen=True)
-class Written:
-    """Results of a diagnosis that were written.
-
-    Attributes:
-        result: content of ``diagnosis.json``.
-        readings: content of ``readings.csv``.
-    """
-
-    result: outcome.DiagnosisFile
-    readings: pd.DataFrame
-
-
-def write(diagnosis: Diagnosis, data: Sequence[Path], out: Path) -> Written:
+def write(
+    diagnosis: Diagnosis, data: Sequence[Path], out: Path
+) -> tuple[outcome.DiagnosisFile, pd.DataFrame]:
     """Write all files but the pictures.
 
     Args:
@@ -94,7 +82,7 @@ def write(diagnosis: Diagnosis, data: Sequence[Path], out: Path) -> Written:
         out: folder.
 
     Returns:
-        What was written.
+        Contents of ``diagnosis.json`` and of ``readings.csv``.
 
     Raises:
         WriteError: one line.
@@ -114,7 +102,7 @@ def write(diagnosis: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     readings = _readings(diagnosis)
     whole.write(out / "summary.md", page(result))
     whole.write(out / outcome.READINGS, readings.to_csv(index=False))
-    return Written(result, readings)
+    return result, readings
 
 
 def _extended(diagnosis: Diagnosis, fit: MapFit, file: Path) -> Config | None:
@@ -151,7 +139,7 @@ def _content(
         extended: that configuration; None where it is refused.
     """
     decision, posterior, analysis = diagnosis.decision, diagnosis.posterior, diagnosis.analysis
-    best, causes, plain = decision.best, posterior.problem.causes, diagnosis.with_best_modulus()
+    best, causes, plain = decision.best, posterior.problem.causes, analysis.fitted(diagnosis.none)
     reference = posterior.best(NONE, level=0.0).log_evidence
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
     likely = sorted(posterior.subsets, key=lambda subset: -posterior.subsets[subset])[:10]
@@ -168,7 +156,7 @@ def _content(
         )
         for fit in map(posterior.best, shown)
     )  # fmt: skip
-    deviations = diagnosis.nuisances(best)
+    deviations = analysis.nuisances(best)
     return outcome.DiagnosisFile(
         version=__version__, data=data, quick=diagnosis.quick,
         readings=len(posterior.problem.value), verdict=diagnosis.verdict,
@@ -176,8 +164,9 @@ def _content(
         causes=_causes(diagnosis), none=min(decision.none, 1.0),
         unknown=min(max(decision.unknown, 0.0), 1.0),
         fits=fits, misfit=misfit(analysis, plain, analysis.fitted(best)),
-        bands=bands(analysis, plain), rig=tuple(rig_numbers(analysis, best, deviations)),
-        nuisances=deviations, noise_sources=analysis.errors.sources,
+        bands=tuple(band for band, *_ in bands(analysis, plain)),
+        rig=tuple(rig_numbers(analysis, best, deviations)), nuisances=deviations,
+        noise_sources=analysis.errors.sources,
         noise_std={
             name: float(np.median(analysis.errors.noise[at]))
             for name, at in analysis.measurement.channels().items()
@@ -200,8 +189,7 @@ def _content(
             )
             for name, other in diagnosis.sensitivity.answers.items()
         ),
-        gain=diagnosis.held_out.errors if diagnosis.held_out else (),
-        gain_claimed=diagnosis.held_out.claimed if diagnosis.held_out else None,
+        gain=diagnosis.gain, gain_claimed=diagnosis.gain_claimed,
         next_experiments=tuple(diagnosis.next), advice=advice(diagnosis),
         downstream=diagnosis.downstream, slips=tuple(diagnosis.slips),
         not_reached=tuple(analysis.not_reached), not_tried=tuple(analysis.not_tried),
@@ -247,7 +235,7 @@ def _headline(
     if far:  # without causes beside it, where such a fit is possible
         fit = diagnosis.member(far[0])
         numbers = diagnosis.numbers(fit)
-    values, causes = diagnosis.overrides(fit), problem.causes(fit.subset)
+    values, causes = analysis.overrides(fit), problem.causes(fit.subset)
     by_key = {number.key: number for number in reversed(numbers)}
     # which of ζ each of the model's own numbers is; all moduli are one
     places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
@@ -298,7 +286,7 @@ def _readings(diagnosis: Diagnosis) -> pd.DataFrame:
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
         run=listed["test"], noise=analysis.errors.noise, configured=analysis.configured,
-        before=diagnosis.with_best_modulus(), after=analysis.fitted(diagnosis.decision.best),
+        before=analysis.fitted(diagnosis.none), after=analysis.fitted(diagnosis.decision.best),
         **{f"after_{name}": analysis.fitted(fit) for name, fit in diagnosis.members.items()},
     )  # fmt: skip
 

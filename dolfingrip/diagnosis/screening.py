@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.core.blend import Tangents, places
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger import FingerSimulation, coarser, shown
+from dolfingrip.diagnosis.finger import FingerSimulation, at_rest, coarser, shown
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.diagnosis.simulation.simulator import Point
@@ -174,11 +174,9 @@ def _followed(
 
 def _off(simulation: FingerSimulation) -> float:
     """Largest difference of a channel between both meshes, by its size; root mean squares."""
-    off = []
-    for at in simulation.measurement.channels().values():
-        size = float(np.square(simulation.fine.readings[at]).mean())
-        off.append(float(np.square(simulation.delta[at]).mean()) / size if size else 0.0)
-    return float(np.sqrt(max(off)))
+    rms = simulation.measurement.rms
+    sizes, off = rms(simulation.fine.readings), rms(simulation.delta)
+    return max(off[name] / size if size else 0.0 for name, size in sizes.items())
 
 
 def _factor(simulation: FingerSimulation) -> Unknown:
@@ -268,14 +266,12 @@ def _first(
 
 def _at_rest(cause: Cause, base: Tangents, run: Tangents) -> Tangents:
     """Where a cause does nothing, with the secant to a simulation of it in place of derivatives."""
-    resting = np.array([cause.resting_coordinate(number) for number in cause.numbers])
-    count = base.u.shape[1]
-    off = run.u[0, count:] - resting
-    off = np.where([number.amplitude for number in cause.numbers], off, 0.0)
+    off = [
+        u - cause.resting_coordinate(number) if number.amplitude else 0.0
+        for u, number in zip(run.u[0, base.u.shape[1] :], cause.numbers, strict=True)
+    ]
     change = run.told[0, :, 0] - base.told[0, :, 0]
-    secant = np.outer(change, off / max(float(off @ off), 1e-12))
-    columns = np.column_stack([base.told[0], secant])
-    return Tangents(np.hstack([base.u, resting[None]]), columns[None])
+    return at_rest(cause, base, np.outer(change, np.array(off) / max(np.dot(off, off), 1e-12)))
 
 
 def _felt(run: Tangents, base: Tangents, noise: np.ndarray, least: float) -> bool:

@@ -78,7 +78,7 @@ def of_data(folder: Path, result: Result) -> Path:
     listed = measurement.listed
     mine = (listed["column"] == NAME).to_numpy()
     assert mine.sum() == len(result.rows)
-    np.testing.assert_array_equal(instrument_noise(measurement).independent[mine], 0.006)
+    np.testing.assert_array_equal(instrument_noise(measurement)[0].independent[mine], 0.006)
     text = file.read_text(encoding="utf-8").replace(f"{made.rows[3][NAME]:.6g}", "300")
     wrong = folder / "wrong.csv"
     wrong.write_text(text, encoding="utf-8")

@@ -33,7 +33,7 @@ def test_a_jump_is_told_and_a_cause_is_named_beside_it(tmp_path: Path, who: str)
     assert who in told.name
     assert not result.slips
     listed = found.analysis.measurement.listed
-    value = found.nuisances(found.decision.best)[jump.nuisance.name]
+    value = found.analysis.nuisances(found.decision.best)[jump.nuisance.name]
     change = value * jump.nuisance.change[(listed["control"] > TRAVEL_mm[BEFORE] + 1e-6).to_numpy()]
     # 0.5 N of some 18 N; a slip of the travel changes a softer coupon's force by less
     assert change[change != 0] == pytest.approx(-0.5, abs=0.15)
@@ -52,7 +52,7 @@ def test_the_wave_of_an_uneven_screw_is_told(tmp_path: Path) -> None:
 
     found = diagnosed(measured(tmp_path, {}, jumped=uneven))
     waves = [each.nuisance.name for each in found.artefacts]
-    sizes = found.nuisances(found.decision.best)
+    sizes = found.analysis.nuisances(found.decision.best)
     own = [sizes[each.nuisance.name] * each.nuisance.std for each in found.artefacts]
     print(waves)
     assert sum(own) == pytest.approx(0.25, abs=0.08)
@@ -69,7 +69,7 @@ def test_the_play_of_a_load_cell_is_told(tmp_path: Path) -> None:
     truth = Truth(causes=law, outsider=("cell_sticks", 1.0))
     found = blind_coupons.diagnosed("loops", truth, tmp_path)
     (play,) = found.artefacts
-    size = found.nuisances(found.decision.best)[play.nuisance.name] * play.nuisance.std
+    size = found.analysis.nuisances(found.decision.best)[play.nuisance.name] * play.nuisance.std
     assert "play of force_N of all specimens (coupon)" in play.nuisance.name
     assert size == pytest.approx(-0.25, abs=0.03)
     assert "mooney_rivlin" in found.decision.first

@@ -149,7 +149,7 @@ def test_an_extension_that_is_not_allowed_is_a_warning(
 
 @pytest.mark.slow
 def test_files(ninjaflex: Diagnosis, tmp_path: Path) -> None:
-    found = write(ninjaflex, [COUPONS], tmp_path)
+    written, readings = write(ninjaflex, [COUPONS], tmp_path)
     text = (tmp_path / "diagnosis.json").read_text(encoding="utf-8")
     result = outcome.DiagnosisFile.read(tmp_path)
     assert result.model_dump_json(indent=1, by_alias=True) + "\n" == text
@@ -161,7 +161,7 @@ def test_files(ninjaflex: Diagnosis, tmp_path: Path) -> None:
     extended = configuration.load(tmp_path / "extended.toml")
     assert extended.material.mu_MPa > Config().material.mu_MPa
     assert extended.extensions.mooney_rivlin is not None  # type: ignore[attr-defined]
-    assert {file.name for file in pictures.draw(found.result, found.readings, tmp_path)} == {
+    assert {file.name for file in pictures.draw(written, readings, tmp_path)} == {
         "overlay.png", "probabilities.png", "gain.png"
     }  # fmt: skip
 

@@ -83,7 +83,7 @@ print(json.dumps({
     "answer": found.decision.answer, "first": found.decision.first,
     "numbers": {each.key: each.value for each in found.numbers(found.decision.best)},
     "next": [each.name for each in found.next],
-    "page": page(write(found, [folder / "coupon.csv"], folder).result),
+    "page": page(write(found, [folder / "coupon.csv"], folder)[0]),
 }))
 """
 TOLD = """experiment = "coupon"

@@ -65,7 +65,7 @@ def test_files_are_valid_measured_data(name: str, tmp_path: Path) -> None:
         np.sort(listed["value"] / std), shown[~np.isnan(shown)], rtol=1e-4, atol=1e-4
     )
     assert 0 < np.isnan(shown).mean() < 0.3
-    told = instrument_noise(measurement)
+    told, _ = instrument_noise(measurement)
     np.testing.assert_allclose(np.hypot(told.independent, told.correlated), std, rtol=1e-3)
     blocked = measurement.tests[1].setup
     assert blocked.sections["plate"] == {"gap_mm": protocol.gap_mm}

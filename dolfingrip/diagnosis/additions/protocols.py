@@ -48,8 +48,22 @@ class Proposal:
     @property
     def tests(self) -> tuple[PlannedTest, ...]:
         """The tests of the experiment, as a result file tells them."""
-        return tuple(_planned(self.measurement, test) for test in self.measurement.tests
-                     if (self.measurement.listed["test"] == test.number).any())  # fmt: skip
+        planned = []
+        for test in self.measurement.tests:
+            rows = self.measurement.rows(test.number)
+            read = [name for name in self.measurement.columns if rows[name].notna().any()]
+            if not read:
+                continue
+            sections = test.setup.sections.items()
+            planned.append(PlannedTest(
+                experiment=test.experiment, specimen=test.specimen, control=test.control,
+                settings={f"{name}.{key}": value
+                          for name, keys in sections for key, value in keys.items()},
+                read=tuple(read), branch=tuple(rows["branch"]),
+                cycle=tuple(map(int, rows["cycle"])), time_s=tuple(rows["time_s"]),
+                value=tuple(rows[test.control]),
+            ))  # fmt: skip
+        return tuple(planned)
 
 
 def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
@@ -67,8 +81,7 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
     coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)
     bending = next((t for t in measurement.tests if t.experiment == "bending"), finger)
     if bending is not None:
-        additions += _ramps(measurement, bending, config)
-        additions += _readings(measurement, bending, config)
+        additions += _of_finger(measurement, bending, config)
     if coupon is not None:
         additions += _coupons(measurement, coupon, config, new=False)
     elif finger is not None:
@@ -77,48 +90,23 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
     return additions
 
 
-def _planned(measurement: Measurement, test: SpecimenTest) -> PlannedTest:
-    rows, sections = measurement.rows(test.number), test.setup.sections.items()
-    return PlannedTest(
-        experiment=test.experiment, specimen=test.specimen, control=test.control,
-        settings={f"{name}.{key}": value for name, keys in sections for key, value in keys.items()},
-        read=tuple(name for name in measurement.columns if rows[name].notna().any()),
-        branch=tuple(rows["branch"]), cycle=tuple(map(int, rows["cycle"])),
-        time_s=tuple(rows["time_s"]), value=tuple(rows[test.control]),
-    )  # fmt: skip
-
-
-def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
-    """List experiments of one set-up that is controlled in another way."""
-    rows = measurement.rows(test.number)
-    top, rate = _top(rows, test, measurement.policy), _rate(measurement, test, config)
+def _of_finger(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
+    """Other ways of leading a set-up, more readings, another gap, and the finger hung and stood."""
+    rows, policy = measurement.rows(test.number), measurement.policy
+    top, rate = _top(rows, test, policy), _rate(measurement, test, config)
     reading = (FORCE if test.experiment == "blocked_force" else ANGLE).name
-    cycle, slow = rig.cycles(1), rate / 10
+    cycle, loading = rig.cycles(1), [("loading", 1)]
     ways = [
         ("unloading", "unloading after the loading", cycle, rate),
-        (
-            "cycles",
-            "three cycles, loading and unloading",
-            rig.cycles(measurement.policy.cycles),
-            rate,
-        ),
-        ("slow_cycle", "a cycle at a tenth of the rate", cycle, slow),
-        ("hold", "a hold of 60 s at the highest pressure", [("loading", 1), ("hold", 1)], rate),
+        ("cycles", "three cycles, loading and unloading", rig.cycles(policy.cycles), rate),
+        ("slow_cycle", "a cycle at a tenth of the rate", cycle, rate / 10),
+        ("hold", "a hold of 60 s at the highest pressure", [*loading, ("hold", 1)], rate),
     ]
-    if "unloading" in set(rows["branch"]):
-        ways = ways[1:]
-    return [
-        _proposal(kind, name, ["ramp"], [test], way, top, pace, [reading], measurement.policy)
+    additions = [
+        _proposal(kind, name, ["ramp"], [test], way, top, pace, [reading], policy)
         for kind, name, way, pace in ways
+        if kind != "unloading" or "unloading" not in set(rows["branch"])
     ]
-
-
-def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
-    """More readings, another gap, and the finger hung and stood."""
-    additions, policy = [], measurement.policy
-    rows = measurement.rows(test.number)
-    top, rate = _top(rows, test, policy), _rate(measurement, test, config)
-    loading = [("loading", 1)]
     if test.experiment == "bending" and rows[TIP_X.name].isna().all():
         columns = [TIP_X.name, TIP_Z.name]
         additions.append(_seen(measurement, "tip", "the tip tracked (x and z)", test, columns))

@@ -13,7 +13,7 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.artefacts import Artefact, possible_artefacts
 from dolfingrip.diagnosis.answer.errors import Errors, without_memory
-from dolfingrip.diagnosis.answer.specimens import Apart, Individual, apart
+from dolfingrip.diagnosis.answer.specimens import Individual, apart
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import (
     NONE,
@@ -25,7 +25,7 @@ from dolfingrip.diagnosis.core.evidence import (
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
-from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
+from dolfingrip.diagnosis.data.measurement import Measurement, shows_memory
 from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect, fitted_effects
@@ -72,11 +72,6 @@ class Analysis[S: Simulator]:
         return self.simulation.measurement
 
     @property
-    def scaled(self) -> np.ndarray:
-        """(n,) whether a reading is proportional to the moduli."""
-        return in_proportion(self.measurement)
-
-    @property
     def applied(self) -> Config:
         """Configuration of the first test's set-up; its material is that of all."""
         return self.measurement.tests[0].applied(self.simulation.config)
@@ -84,9 +79,8 @@ class Analysis[S: Simulator]:
     @property
     def mesh_errors(self) -> dict[str, float]:
         """Root mean square of what the mesh gets wrong, by channel; empty where it is not known."""
-        error, channels = self.simulation.mesh, self.measurement.channels()
-        rms = {name: np.sqrt(np.mean(error[at] ** 2)) for name, at in channels.items()}
-        return {name: float(size) for name, size in rms.items() if size}
+        sizes = self.measurement.rms(self.simulation.mesh)
+        return {name: size for name, size in sizes.items() if size}
 
     def judged_by_shape(self) -> Self:
         """With the causes that have rivals by the shape of what they change.
@@ -102,11 +96,12 @@ class Analysis[S: Simulator]:
         problem = replace(self.problem, elastic=laws, remembering=remembering, curves=curves)
         return replace(self, problem=problem)
 
-    def specimens_apart(self) -> Apart | None:
+    def specimens_apart(self) -> tuple[tuple[str, ...], float] | None:
         """Find specimens that stand apart from the others, by some of the readings.
 
         Returns:
-            None where none does, or where too few specimens could tell.
+            Their names, and ln of the odds that they stand apart; None where none does, or where
+            too few specimens could tell.
         """
         errors = self.errors
         if not errors.scatter.estimated:
@@ -183,14 +178,13 @@ class Analysis[S: Simulator]:
         return np.asarray(self.problem.value - residual + self.errors.fitted @ weighed)
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
-        """The most probable linear nuisances at a fit, by their standard deviations."""
+        """The most probable numbers of the rig at a fit, by their standard deviations."""
+        always = zip(self.problem.always, map(float, fit.zeta), strict=False)
         weighed, _ = self.left(fit)
-        return {n.name: float(n.change @ weighed) for n in self.errors.shared}
-
-    @property
-    def fitted_names(self) -> tuple[str, ...]:
-        """The model's own numbers by what a laboratory tells them as."""
-        return tuple(number.told_as for number in self.problem.always)
+        return {
+            **{number.told_as: zeta for number, zeta in always},
+            **{shared.name: float(shared.change @ weighed) for shared in self.errors.shared},
+        }
 
     # -- exact simulations ------------------------------------------------------------------------
 
@@ -281,8 +275,9 @@ class Analysis[S: Simulator]:
             stiff = max(scatter.scale, scatter.prior_scale) * readings
             shared += np.outer(stiff, stiff)
         by_name = {nuisance.name: nuisance.change for nuisance in self.errors.shared}
+        fitted = {number.told_as for number in self.problem.always}
         for nuisance in self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh):
-            if nuisance.name not in self.fitted_names:
+            if nuisance.name not in fitted:
                 shared += np.outer(nuisance.change, nuisance.change)
                 cross += np.outer(by_name.get(nuisance.name, np.zeros(len(cross))), nuisance.change)
         return shared, cross

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dolfingrip.config import Change, Config, changed
+from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.answer.analysis import (
     Alternative,
     Analysis,
@@ -17,7 +17,6 @@ from dolfingrip.diagnosis.answer.analysis import (
     hidden_effects,
 )
 from dolfingrip.diagnosis.answer.artefacts import Artefact
-from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.answer.refining import refined
 from dolfingrip.diagnosis.answer.statistics import fitted_numbers
 from dolfingrip.diagnosis.core.decision import (
@@ -33,6 +32,7 @@ from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import (
     Downstream,
     FittedNumber,
+    HeldOutError,
     NextExperiment,
     Slip,
     SpecimensApart,
@@ -52,7 +52,8 @@ class Diagnosis:
         posterior: probabilities of all hypotheses.
         decision: the answer.
         sensitivity: answers under other priors.
-        held_out: errors on readings that were left out; None where nothing was.
+        gain: errors on readings that were left out.
+        gain_claimed: whether the cause predicts these better; None where nothing was left out.
         next: additions, the best first.
         slips: doubts about the data.
         apart: specimens that stand apart, and the answer without these.
@@ -67,7 +68,8 @@ class Diagnosis:
     posterior: ModelPosterior
     decision: Decision
     sensitivity: Sensitivity
-    held_out: HeldOut | None = None
+    gain: tuple[HeldOutError, ...] = ()
+    gain_claimed: bool | None = None
     next: list[NextExperiment] = field(default_factory=list)
     slips: Sequence[Slip] = ()
     apart: SpecimensApart | None = None
@@ -135,19 +137,10 @@ class Diagnosis:
         words: str = getattr(on.extensions, name).words(applied)
         return words
 
-    def nuisances(self, fit: MapFit) -> dict[str, float]:
-        """Fitted nuisances by their standard deviations."""
-        fitted = dict(zip(self.analysis.fitted_names, map(float, fit.zeta), strict=False))
-        return fitted | self.analysis.nuisances(fit)
-
     @property
     def artefacts(self) -> Sequence[Artefact]:
         """Artefacts of instruments, which the errors of the analysis have."""
         return self.analysis.errors.artefacts
-
-    def with_best_modulus(self) -> np.ndarray:
-        """(n,) readings of the model without causes, what is its own fitted."""
-        return self.analysis.fitted(self.none)
 
     @property
     def undecided(self) -> bool:
@@ -222,17 +215,13 @@ class Diagnosis:
             by_shape=decision.by_shape,
         )  # fmt: skip
 
-    def overrides(self, fit: MapFit) -> Change:
-        """Return the change that makes the configuration the fitted one."""
-        return self.analysis.overrides(fit)
-
     def extended(self, fit: MapFit) -> Config:
         """The body as it was drawn for the tests, at the numbers of a fit; no set-up."""
         sections = self.analysis.measurement.tests[0].setup.sections
         classes = Config.classes()
         drawn = {name: sections[name] for name in sections if classes[name].role is Role.BODY}
         config = self.config.changed(**drawn) if drawn else self.config
-        return changed(config, self.overrides(fit))
+        return changed(config, self.analysis.overrides(fit))
 
 
 def diagnosed(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -31,28 +32,39 @@ class Errors:
     """Everything but causes that readings differ by.
 
     Attributes:
-        covariance: shape (n, n).
+        unfitted: covariance of what no fit gives a number, shape (n, n): noise, and how specimens
+            differ in shape.
+        individual: covariance of what a fit gives the mesh and each specimen, shape (n, n).
         noise: of instruments and gauge, standard deviations, shape (n,).
         steep: derivatives of a smooth curve through the readings by the control, shape (n,).
         along: where the readings lie, for a discrepancy that all specimens share.
         signal: a smooth curve through the readings, shape (n,).
         shared: numbers of the rig.
-        fitted: covariance of what a fit gives the rig and each specimen, shape (n, n).
         scatter: of the specimens.
         sources: of noises that the laboratory does not tell.
-        artefacts: of instruments, whose sizes are among the shared numbers.
+        artefacts: of instruments, whose sizes are numbers of the rig, too.
     """
 
-    covariance: np.ndarray
+    unfitted: np.ndarray
+    individual: np.ndarray
     noise: np.ndarray
     steep: np.ndarray
     along: Along
     signal: np.ndarray
     shared: tuple[Nuisance, ...]
-    fitted: np.ndarray
     scatter: Scatter
     sources: tuple[NoiseSource, ...]
     artefacts: tuple[Artefact, ...] = ()
+
+    @cached_property
+    def fitted(self) -> np.ndarray:
+        """(n, n) covariance of what a fit gives the rig, the mesh and each specimen."""
+        return self.individual + together(self.shared)
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(n, n) covariance of all of it."""
+        return self.unfitted + self.fitted
 
     def without(self, names: Collection[str]) -> Errors:
         """Return them without numbers of the rig, which hypotheses fit.
@@ -60,12 +72,7 @@ class Errors:
         Args:
             names: of the numbers.
         """
-        changes = [nuisance.change for nuisance in self.shared if nuisance.name in names]
-        part = sum((np.outer(change, change) for change in changes), np.zeros_like(self.covariance))
-        return replace(
-            self, covariance=self.covariance - part, fitted=self.fitted - part,
-            shared=tuple(nuisance for nuisance in self.shared if nuisance.name not in names),
-        )  # fmt: skip
+        return replace(self, shared=tuple(n for n in self.shared if n.name not in names))
 
     def beside(self, artefacts: Sequence[Artefact]) -> Errors:
         """Return them with artefacts of instruments, whose sizes are numbers of the rig.
@@ -73,13 +80,18 @@ class Errors:
         Args:
             artefacts: that the readings have.
         """
-        changes = np.column_stack([artefact.nuisance.change for artefact in artefacts])
-        part = changes @ changes.T
-        return replace(
-            self, covariance=self.covariance + part, fitted=self.fitted + part,
-            shared=(*self.shared, *(artefact.nuisance for artefact in artefacts)),
-            artefacts=(*self.artefacts, *artefacts),
-        )  # fmt: skip
+        sizes = (artefact.nuisance for artefact in artefacts)
+        return replace(self, shared=(*self.shared, *sizes), artefacts=(*self.artefacts, *artefacts))
+
+
+def together(nuisances: Sequence[Nuisance]) -> np.ndarray:
+    """(n, n) covariance by some numbers of the rig; 0 without any.
+
+    Args:
+        nuisances: the numbers.
+    """
+    changes = np.array([nuisance.change for nuisance in nuisances])
+    return np.asarray(changes.T @ changes) if len(changes) else np.zeros((1, 1))
 
 
 def errors_of(simulation: Simulator) -> Errors:
@@ -106,7 +118,7 @@ def errors_of(simulation: Simulator) -> Errors:
     by = factor if simulation.closed_form else np.ones(len(test))
     shared = [replace(nuisance, change=nuisance.change * by) for nuisance in rig]
     off = of_mesh(simulation.mesh, listed["experiment"], along.load)
-    fitted = off @ off.T
+    individual = off @ off.T
     slack_mm = np.array([
         test.setup.nuisances[SLACK] if test.experiment == "coupon" else 0.0
         for test in measurement.tests
@@ -114,27 +126,23 @@ def errors_of(simulation: Simulator) -> Errors:
     if slack_mm.any():
         late = slack_mm[test] * steep
         # half of the variance is each coupon's own, half the rig's
-        fitted += 0.5 * np.outer(late, late) * (test[:, None] == test)
+        individual += 0.5 * np.outer(late, late) * (test[:, None] == test)
         share = float(np.sqrt(0.5))
         slack = Unknown.marginal(SLACK, share * float(slack_mm.max()), "mm")
         shared.insert(0, Nuisance(slack, share * late))
-    instrument = instrument_noise(measurement)
-    covariance = np.diag(np.maximum(instrument.independent, 1e-9) ** 2) + drifting(
-        listed, instrument
-    )
+    instrument, sources = instrument_noise(measurement)
     # one reading of the control stands behind all readings of its row
-    gauge = steep * instrument.control / np.sqrt(_in_a_mean(measurement))[row]
-    covariance += np.outer(gauge, gauge) * (row[:, None] == row)
-    noise = np.sqrt(np.diag(covariance))
-    fitted = fitted + sum(np.outer(nuisance.change, nuisance.change) for nuisance in shared)
-    covariance += fitted
-    scatter, apart = between(measurement, covariance, along, signal)
-    specimen = listed["specimen"].to_numpy()
-    stiff = scatter.scale * signal
-    fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
+    gauge = steep * instrument["control"].to_numpy() / np.sqrt(_in_a_mean(measurement))[row]
+    read = (
+        np.diag(np.maximum(instrument["independent"].to_numpy(), 1e-9) ** 2)
+        + drifting(listed, instrument)
+        + np.outer(gauge, gauge) * (row[:, None] == row)
+    )
+    alike = read + individual + together(shared)
+    scatter, stiff, shape = between(measurement, alike, along, signal)
     return Errors(
-        covariance + apart, noise, steep, along, signal, tuple(shared), fitted, scatter,
-        instrument.sources,
+        read + shape, individual + stiff, np.sqrt(np.diag(read)), steep, along, signal,
+        tuple(shared), scatter, sources,
     )  # fmt: skip
 
 

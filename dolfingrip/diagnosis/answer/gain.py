@@ -18,6 +18,7 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
+from dolfingrip.diagnosis.data.measurement import in_proportion
 from dolfingrip.files.diagnosis import HeldOutError
 
 SPECIMENS = "specimens"
@@ -45,31 +46,29 @@ class Fold:
     log_odds: tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class HeldOut:
-    """The errors of all folds.
+def held_out(
+    analysis: Analysis[Any], full: ModelPosterior
+) -> tuple[tuple[HeldOutError, ...], bool]:
+    """Leave out each specimen in turn, and bands and branches where there are some.
 
-    Attributes:
-        errors: by kind and channel.
-        claimed: whether the cause predicts what was left out better than both rivals.
+    Args:
+        analysis: readings with all that could explain them.
+        full: of all hypotheses by all readings.
+
+    Returns:
+        Errors by kind and channel, and whether the cause predicts what was left out better than
+        both rivals.
     """
-
-    errors: tuple[HeldOutError, ...]
-    claimed: bool
-
-
-def held_out(analysis: Analysis[Any], full: ModelPosterior) -> HeldOut:
-    """Leave out each specimen in turn, and bands and branches where there are some."""
     folds = [_fold(analysis, full, kind, part) for kind, part in _parts(analysis)]
-    errors = []
-    for kind in dict.fromkeys(fold.kind for fold in folds):
-        of_kind = [fold for fold in folds if fold.kind == kind]
-        for name, which in analysis.measurement.channels().items():
-            errors.append(_error(of_kind, kind, name, which, analysis.problem))
+    errors = [
+        _error([fold for fold in folds if fold.kind == kind], kind, name, which, analysis.problem)
+        for kind in dict.fromkeys(fold.kind for fold in folds)
+        for name, which in analysis.measurement.channels().items()
+    ]
     by_nuisances = sum(fold.log_odds[0] for fold in folds)
     by_process = sum(fold.log_odds[1] for fold in folds)
     claimed = by_nuisances >= analysis.problem.policy.log_odds and by_process > 0
-    return HeldOut(tuple(errors), claimed)
+    return tuple(errors), claimed
 
 
 def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
@@ -110,7 +109,7 @@ def _fold(analysis: Analysis[Any], full: ModelPosterior, kind: str, part: np.nda
         return np.asarray(mean + total[:, ~part] @ left)
 
     def scale(prediction: np.ndarray) -> np.ndarray:
-        mine = part & analysis.scaled
+        mine = part & in_proportion(analysis.measurement)
         if kind != SPECIMENS or not mine.any():
             return prediction
         square = float(prediction[mine] @ prediction[mine])

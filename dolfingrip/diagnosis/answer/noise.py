@@ -12,7 +12,6 @@ not dense, half the variance of their differences is used.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from math import comb
 
@@ -25,61 +24,49 @@ from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import NoiseSource
 
 
-@dataclass(frozen=True, slots=True)
-class InstrumentNoise:
-    """Noise of every reading, aligned with ``Measurement.listed``.
+def instrument_noise(measurement: Measurement) -> tuple[pd.DataFrame, tuple[NoiseSource, ...]]:
+    """The noise of each reading of a measurement, aligned with ``Measurement.listed``.
 
-    Attributes:
-        independent: (n,) standard deviation of the part that differs from reading to reading, in
-            the column's unit.
-        correlated: (n,) standard deviation of the part that drifts along a run; 0 if none is told.
-        correlation_time_s: (n,) correlation time of that part; infinite: as long as the run.
-        control: (n,) standard deviation of the reading of the control (kPa or mm).
-        sources: of the numbers that the laboratory does not tell.
+    Args:
+        measurement: the readings.
+
+    Returns:
+        ``independent``: standard deviation of the part that differs from reading to reading, in the
+        column's unit; ``correlated``: of the part that drifts along a run, 0 if none is told, with
+        its ``correlation_time_s``, infinite: as long as the run; ``control``: of the reading of the
+        control (kPa or mm). And sources of the numbers that the laboratory does not tell.
     """
-
-    independent: np.ndarray
-    correlated: np.ndarray
-    correlation_time_s: np.ndarray
-    control: np.ndarray
-    sources: tuple[NoiseSource, ...]
-
-
-def instrument_noise(measurement: Measurement) -> InstrumentNoise:
-    """The noise of each reading of ``measurement``."""
     listed = measurement.listed
-    zero = np.zeros(len(listed))
-    independent, correlated, control = zero.copy(), zero.copy(), zero.copy()
-    correlation_time_s = np.full(len(listed), np.inf)
+    columns = ["independent", "correlated", "correlation_time_s", "control"]
+    noise = pd.DataFrame(0.0, index=listed.index, columns=columns)
     sources: list[NoiseSource] = []
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
-        test = measurement.tests[int(number)]
-        at = part.index.to_numpy()
-        std = test.setup.noise.get(str(column))
+        test, name = measurement.tests[int(number)], str(column)
+        std, lasting_s = test.setup.noise.get(name), test.setup.correlation_time_s
         if std is None:
-            source = _estimated(measurement, test, str(column))
-            std = source.std
-            sources.append(source)
-        independent[at] = std
-        correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
-        if test.setup.correlation_time_s is not None:
-            correlation_time_s[at] = test.setup.correlation_time_s
-        control[at] = test.sigma
-    return InstrumentNoise(
-        independent, correlated, correlation_time_s, control, tuple(dict.fromkeys(sources))
-    )
+            sources.append(_estimated(measurement, test, name))
+            std = sources[-1].std
+        drifts = test.setup.correlated_noise.get(name, 0.0)
+        lasting_s = np.inf if lasting_s is None else lasting_s
+        noise.loc[part.index] = std, drifts, lasting_s, test.sigma
+    return noise, tuple(dict.fromkeys(sources))
 
 
-def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
-    """Noise that drifts along a run, told by the laboratory."""
-    if not noise.correlated.any():
+def drifting(listed: pd.DataFrame, noise: pd.DataFrame) -> np.ndarray:
+    """Noise that drifts along a run, told by the laboratory, (n, n).
+
+    Args:
+        listed: the readings.
+        noise: of :func:`instrument_noise`.
+    """
+    std, lasting_s = noise["correlated"].to_numpy(), noise["correlation_time_s"].to_numpy()
+    if not std.any():
         return np.zeros((len(listed), len(listed)))
     time_s = listed["time_s"].to_numpy()
     run = (listed["test"].astype(str) + listed["column"].astype(str)).to_numpy()
-    lasting = np.where(np.isfinite(noise.correlation_time_s), noise.correlation_time_s, 1e6)
-    same = run[:, None] == run
-    fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting[:, None])
-    return np.outer(noise.correlated, noise.correlated) * np.where(same, fading, 0.0)
+    lasting_s = np.where(np.isfinite(lasting_s), lasting_s, 1e6)
+    fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting_s[:, None])
+    return np.outer(std, std) * np.where(run[:, None] == run, fading, 0.0)
 
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> NoiseSource:

@@ -21,7 +21,7 @@ from dolfingrip.files.diagnosis import Scatter
 
 def between(
     measurement: Measurement, covariance: np.ndarray, along: Along, signal: np.ndarray
-) -> tuple[Scatter, np.ndarray]:
+) -> tuple[Scatter, np.ndarray, np.ndarray]:
     """Estimate how specimens differ: in stiffness, and by smooth deviations of their own.
 
     Of several specimens their differences tell both: a curve that all have in common is taken out
@@ -30,6 +30,9 @@ def between(
     one: of few specimens the most probable is often 0, and what two have in common by chance would
     be taken for a cause. Beside fingers, and of one specimen, the shape of coupons is assumed: no
     simple law follows them exactly.
+
+    Returns:
+        Their scatter, and covariances by the stiffness and the shape of each, shape (n, n).
     """
     individual = Individual(measurement, covariance, along, signal)
     prior_scale = individual.told
@@ -43,7 +46,7 @@ def between(
         scatter = Scatter(
             specimens=specimens, scale=0.0, prior_scale=prior_scale, shape=level, estimated=False
         )
-        return scatter, least**2 * shape
+        return scatter, np.zeros_like(shape), least**2 * shape
     likelihood = individual.likelihood()
     best = 0
     for number, of in enumerate(likelihood.max(axis=1)):
@@ -57,7 +60,7 @@ def between(
         specimens=specimens, scale=scale, prior_scale=prior_scale, shape=level, estimated=True,
         wide=scale > 2 * prior_scale,
     )  # fmt: skip
-    return scatter, individual.apart(scale, level)
+    return scatter, individual.apart(scale, 0.0), individual.apart(0.0, level)
 
 
 @dataclass(eq=False)
@@ -162,20 +165,7 @@ def _restricted(covariance: np.ndarray, common: np.ndarray, value: np.ndarray) -
     return float(-0.5 * residual @ residual - determinant)
 
 
-@dataclass(frozen=True, slots=True)
-class Apart:
-    """Specimens that stand apart.
-
-    Attributes:
-        names: of them.
-        log_odds: ln of the odds that they do, and no others.
-    """
-
-    names: tuple[str, ...]
-    log_odds: float
-
-
-def apart(readings: Individual) -> Apart | None:
+def apart(readings: Individual) -> tuple[tuple[str, ...], float] | None:
     """Find the specimens whose readings are far likelier apart from those of the others.
 
     A specimen that stands apart has a curve of its own, up to a tenth of the signal away from the
@@ -186,7 +176,8 @@ def apart(readings: Individual) -> Apart | None:
         readings: those of specimens, of which two may stand apart where there are four.
 
     Returns:
-        None where none does, or where too few specimens could tell.
+        Their names, and ln of the odds that they stand apart, and no others; None where none does,
+        or where too few specimens could tell.
     """
     names = sorted(set(readings.specimen))
     # two at least share a curve; which two, four specimens tell where the others differ
@@ -197,5 +188,5 @@ def apart(readings: Individual) -> Apart | None:
     }
     best = max(log, key=log.__getitem__)
     others = [value for outside, value in log.items() if outside != best]
-    likeliest = Apart(best, log[best] - float(logsumexp(others)) if others else 0.0)
-    return likeliest if best and likeliest.log_odds > readings.policy.log_odds else None
+    log_odds = log[best] - float(logsumexp(others)) if others else 0.0
+    return (best, log_odds) if best and log_odds > readings.policy.log_odds else None

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHANNELS, FORCE, Channel
+from dolfingrip.channels import ANGLE, CHANNELS, FORCE
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.data.motion import smallest_change
@@ -162,11 +161,13 @@ def misfit(
         extended: (n,) readings of the model with the causes that are named.
     """
     value, errors = analysis.problem.value, analysis.mesh_errors
+    off = [
+        analysis.measurement.rms(simulated - value)
+        for simulated in (analysis.configured, plain, extended)
+    ]
     rows = []
     for name, at in analysis.measurement.channels().items():
-        configured, fitted, with_cause = (
-            _rms((simulated - value)[at]) for simulated in (analysis.configured, plain, extended)
-        )
+        configured, fitted, with_cause = (missed[name] for missed in off)
         noise, mesh = float(np.median(analysis.errors.noise[at])), errors.get(name)
         rows.append(
             ChannelMisfit(
@@ -178,39 +179,23 @@ def misfit(
     return tuple(rows)
 
 
-def _rms(values: np.ndarray) -> float:
-    """Return the root mean square of those readings that the model reaches."""
-    reached = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(reached**2))) if reached.size else 0.0
+def bands(
+    analysis: Analysis[Any], plain: np.ndarray
+) -> Iterator[tuple[BandMisfit, np.ndarray, bool]]:
+    """Tell where along the load a model is off; suction has bands of its own.
 
+    Args:
+        analysis: readings with all that could explain them.
+        plain: (n,) readings of the model.
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Band:
-    """Readings of a channel in a band of load.
-
-    Attributes:
-        experiment: of the readings.
-        channel: that is read.
-        start, end: of the band, in the control's unit, with its sign.
-        last: whether the band ends at the largest load.
-        control: what the load is.
-        at: (n,) which readings.
+    Yields:
+        Each band of load that has readings, which these are, (n,) of bool, and whether it ends at
+        the largest load.
     """
-
-    experiment: str
-    channel: Channel
-    start: float
-    end: float
-    last: bool
-    control: Channel
-    at: np.ndarray
-
-
-def _bands(analysis: Analysis[Any]) -> Iterator[_Band]:
-    """Iterate over the bands of load that have readings; suction has bands of its own."""
     along, listed, policy = (
         analysis.errors.along, analysis.measurement.listed, analysis.measurement.policy
     )  # fmt: skip
+    value, off = analysis.problem.value, plain - analysis.problem.value
     experiment, control = listed["experiment"].to_numpy(), listed["control"].to_numpy()
     for name_of, (name, read) in product(
         dict.fromkeys(experiment), analysis.measurement.channels().items()
@@ -224,29 +209,15 @@ def _bands(analysis: Analysis[Any]) -> Iterator[_Band]:
             low, high = band * policy.part, (band + 1) * policy.part
             load = way * along.load
             at = here & (load > (low if way > 0 else max(low, at_rest))) & (load <= high)
-            if at.any():
-                yield _Band(
-                    name_of, CHANNELS[name], way * low * largest, way * high * largest,
-                    way > 0 and high >= 1, CHANNELS[CONTROL[name_of]], at,
-                )  # fmt: skip
-
-
-def bands(analysis: Analysis[Any], plain: np.ndarray) -> tuple[BandMisfit, ...]:
-    """Tell where along the load a model is off.
-
-    Args:
-        analysis: readings with all that could explain them.
-        plain: (n,) readings of the model.
-    """
-    value, off = analysis.problem.value, plain - analysis.problem.value
-    return tuple(
-        BandMisfit(
-            experiment=band.experiment, channel=band.channel.name, start=band.start, end=band.end,
-            control_unit=band.control.unit, mean=off[band.at].mean(), unit=band.channel.unit,
-            percent=100 * off[band.at].mean() / max(abs(value[band.at].mean()), 1e-300),
-        )
-        for band in _bands(analysis)
-    )  # fmt: skip
+            if not at.any():
+                continue
+            mean = off[at].mean()
+            misfit_there = BandMisfit(
+                experiment=name_of, channel=name, start=way * low * largest,
+                end=way * high * largest, control_unit=CHANNELS[CONTROL[name_of]].unit, mean=mean,
+                unit=CHANNELS[name].unit, percent=100 * mean / max(abs(value[at].mean()), 1e-300),
+            )  # fmt: skip
+            yield misfit_there, at, way > 0 and high >= 1
 
 
 def common_change(
@@ -264,18 +235,17 @@ def common_change(
     """
     reference, noise = analysis.configured, analysis.errors.noise
     changes, best, most = readings - reference, None, 0.0
-    for band in _bands(analysis):
-        at = band.at & np.isfinite(reference)
+    for band, read, last in bands(analysis, reference):
+        at = read & np.isfinite(reference)
         mean = changes[:, at].mean(axis=1) if at.any() else np.zeros(len(changes))
         by_noise = float(np.abs(mean / np.median(noise[at] if at.any() else noise)).min())
         if (np.sign(mean) == np.sign(mean[0])).all() and by_noise > most:
-            share = mean / reference[at].mean()
-            best, most = (band, share), by_noise
+            best, most = (band, last, mean / reference[at].mean()), by_noise
     if best is None:
         return None
-    band, share = best
+    band, last, share = best
     up = bool(share[0] > 0)
-    stiffer = {("coupon", FORCE): up, ("bending", ANGLE): not up}.get(
+    stiffer = {("coupon", FORCE.name): up, ("bending", ANGLE.name): not up}.get(
         (band.experiment, band.channel)
     )
     way = ("higher" if up else "lower") if stiffer is None or not of_body else (
@@ -284,9 +254,9 @@ def common_change(
     percent = 100 * np.abs(share)
     return CommonChange.model_validate(
         {
-            "experiment": band.experiment, "channel": band.channel.name, "way": way,
+            "experiment": band.experiment, "channel": band.channel, "way": way,
             "percent": percent[0], "low": percent.min(), "high": percent.max(),
-            "above": band.start, "below": None if band.last else band.end,
-            "control_unit": band.control.unit,
+            "above": band.start, "below": None if last else band.end,
+            "control_unit": band.control_unit,
         }
     )  # fmt: skip

@@ -211,8 +211,7 @@ class SetupFile:
                 "noise.correlated", correlated, (*READING_COLUMNS, *of_markers(correlated))
             ),
             self._optional("noise.correlated.correlation_time_s", lasting),
-            usual()
-            | self._spreads("nuisance", spreads, (*known_nuisances(), *self._parameters(spreads))),
+            usual() | self._spreads("nuisance", spreads, tuple(known_nuisances())),
             self._optional(rate, numbers.get(rate)),
             self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
@@ -261,17 +260,13 @@ class SetupFile:
     def _spreads(
         self, table: str, spreads: Mapping[str, Any], keys: tuple[str, ...]
     ) -> dict[str, float]:
+        """Standard deviations of a table; [nuisance] may have any key of the configuration."""
         for key in spreads:
-            if key not in keys:
+            if table == "nuisance" and "." in key:
+                named(key, f"{self.file}: [nuisance]")
+            elif key not in keys:
                 raise self._refuse(f"{table}.{key}: unknown key; {allowed(key, keys)}")
         return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in spreads.items()}
-
-    def _parameters(self, nuisances: Mapping[str, Any]) -> tuple[str, ...]:
-        """Keys of the configuration among the keys that are told."""
-        keys = tuple(key for key in nuisances if "." in key)
-        for key in keys:
-            named(key, f"{self.file}: [nuisance]")
-        return keys
 
     def _optional(self, key: str, value: Any) -> float | None:
         return None if value is None else self._number(key, value)

@@ -132,11 +132,10 @@ class Measurement:
             for _, rows in cycles:
                 values = [rows[name].to_numpy() for name in test.controls]
                 moves = motion(values, rows["time_s"].to_numpy(), test.sigma, self.policy)
-                self.readings.loc[rows.index, "branch"] = moves.branch
-                self.readings.loc[rows.index, "leg"] = legs + moves.leg
-                legs += int(moves.leg[-1]) + 1
-                if len(cycles) == 1:
-                    self.readings.loc[rows.index, "cycle"] = moves.cycle
+                moves["leg"] += legs
+                legs = int(moves["leg"].max()) + 1
+                for name in ("branch", "leg", *(["cycle"] if len(cycles) == 1 else [])):
+                    self.readings.loc[rows.index, name] = moves[name].to_numpy()
 
     def applied(self, config: Config) -> list[Config]:
         """``config`` with the set-up of each test."""
@@ -262,6 +261,14 @@ class Measurement:
         """Tell which single readings are of each column, (n,) of bool."""
         column = self.listed["column"].to_numpy()
         return {str(name): column == name for name in dict.fromkeys(column)}
+
+    def rms(self, values: np.ndarray) -> dict[str, float]:
+        """Root mean square of single readings, (n,), by channel; NaN does not count."""
+        finite = np.isfinite(values)
+        return {
+            name: float(np.sqrt(np.mean(values[at & finite] ** 2))) if (at & finite).any() else 0.0
+            for name, at in self.channels().items()
+        }
 
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
         """Where readings of these tests stand in the list, by column; found once."""

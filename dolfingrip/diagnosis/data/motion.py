@@ -8,32 +8,15 @@ these decide, and the same rows lead to the same simulations whatever they are c
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import comb, sqrt
 
 import numpy as np
+import pandas as pd
 from numpy.polynomial import Polynomial
 from scipy.ndimage import label
 from scipy.special import ndtri
 
 from dolfingrip.diagnosis.policy import Policy
-
-
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """The motion of a control along the rows of one test.
-
-    Attributes:
-        branch: (n,) ``loading`` (away from 0), ``unloading`` (back towards 0) or ``hold``, of each
-            row.
-        cycle: (n,) number of the cycle, from 1 on: each begins where the control is loaded again,
-            to a side of 0 that it was unloaded from in this cycle.
-        leg: (n,) number of the ramp or wait that each row belongs to, from 0 on.
-    """
-
-    branch: np.ndarray
-    cycle: np.ndarray
-    leg: np.ndarray
 
 
 def smallest_change(value: np.ndarray, sigma: float, policy: Policy = Policy()) -> float:
@@ -88,7 +71,7 @@ def _noise(value: np.ndarray, sigma: float, policy: Policy) -> float:
 
 def motion(
     values: Sequence[np.ndarray], time_s: np.ndarray, sigma: float, policy: Policy = Policy()
-) -> Motion:
+) -> pd.DataFrame:
     """Find ramps and waits in the rows of one test, or of one cycle of it.
 
     A row rests where it and its neighbours stay within the smallest change for longer than a ramp
@@ -101,6 +84,12 @@ def motion(
         time_s: (n,) time of each row, rising.
         sigma: standard deviation of the controls' gauge; 0 where none is told.
         policy: what a ramp and a wait are.
+
+    Returns:
+        Of each row the ``branch``: ``loading`` (away from 0), ``unloading`` (back towards 0) or
+        ``hold``; the ``leg``, which is the number of its ramp or wait, from 0 on; the ``cycle``,
+        from 1 on: each begins where the control is loaded again, to a side of 0 that it was
+        unloaded from in this cycle.
     """
     several = len(values) > 1
     legs = [_legs(value, time_s, sigma, policy, several=several) for value in values]
@@ -119,7 +108,7 @@ def motion(
         if again:
             left.clear()
         cycles.append(cycles[-1] + again)
-    return Motion(branch, np.array(cycles[1:])[leg], leg)
+    return pd.DataFrame({"branch": branch, "cycle": np.array(cycles[1:])[leg], "leg": leg})
 
 
 def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ this factor.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Mapping
 from itertools import product
 from typing import Final
 
@@ -59,27 +59,12 @@ Pairs = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Measured and simulated readings, by column."""
 
 
-@dataclass(frozen=True, slots=True)
-class Suspicion:
-    """A suspicion about a column of a test.
-
-    Attributes:
-        test: test of the column.
-        column: column that may be wrong.
-        factor: factor that makes it right; NaN if columns are swapped.
-        meaning: the mistake in words.
-        left: part of the change unexplained without a scale that the scale leaves unexplained.
-    """
-
-    test: SpecimenTest
-    column: str
-    factor: float
-    meaning: str
-    left: float
+Raised = list[tuple[SpecimenTest, Slip]]
+"""Doubts, each with its test."""
 
 
-def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicion]:
-    """The suspicions from a comparison with the base simulation.
+def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Slip]:
+    """The slips that are suspected from a comparison with the base simulation.
 
     Args:
         measurement: the readings.
@@ -87,10 +72,11 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
             is none.
 
     Returns:
-        For each test, all slips that explain its readings far better than no slip.
+        All slips that explain the readings of a test far better than no slip; those that several
+        specimens show alike once.
     """
     listed = measurement.listed.assign(simulated=simulated)
-    raised: list[Suspicion] = []
+    raised: Raised = []
     for number, part in listed.dropna(subset="simulated").groupby("test", sort=True):
         test = measurement.tests[int(number)]
         columns = {
@@ -100,10 +86,10 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
         rows = measurement.rows(int(number))
         swapped = _swapped(test, columns) or _swapped_with_travel(test, rows, measurement.policy)
         raised += swapped or _scaled(test, columns, measurement.policy)
-    return raised
+    return _once(raised)
 
 
-def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
+def reversed_signs(measurement: Measurement, config: Config) -> list[Slip]:
     """The signs that the readings tell without a simulation, as every finger bends to its back.
 
     Args:
@@ -111,9 +97,10 @@ def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
         config: the model; a mesh of one's own may bend to either side.
 
     Returns:
-        A suspicion for each angle and force that falls as steadily as its control rises.
+        A slip of each angle and force that falls as steadily as its control rises; those that
+        several specimens show alike once.
     """
-    raised: list[Suspicion] = []
+    raised: Raised = []
     for test in measurement.tests:
         rows = measurement.rows(test.number)
         applied = test.applied(config)
@@ -123,31 +110,31 @@ def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
             pairs = rows[[test.control, name]].dropna()
             if len(pairs) < measurement.policy.few or not pairs.std().all():
                 continue
-            if (alike := pairs.corr().iloc[0, 1]) < -measurement.policy.nearly:
-                raised.append(Suspicion(test, name, -1.0, _REVERSED, 1 + alike))
-    return raised
+            if pairs.corr().iloc[0, 1] < -measurement.policy.nearly:
+                raised.append(_slip(test, name, _REVERSED, -1.0))
+    return _once(raised)
 
 
-def slips(raised: Sequence[Suspicion]) -> list[Slip]:
-    """List what suspicions are about; what several specimens raise alike is told once.
-
-    Args:
-        raised: the suspicions.
-    """
-    alike: dict[tuple[str, str], list[Suspicion]] = {}
-    for suspicion in raised:
-        alike.setdefault((suspicion.column, suspicion.meaning), []).append(suspicion)
-    listed = []
-    for group in alike.values():
-        first, test = group[0], group[0].test
-        several = f"{test.experiment}, {len(group)} specimens ({test.file.name})"
-        where = several if len(group) > 1 else str(test)
-        factor = None if math.isnan(first.factor) else first.factor
-        listed.append(Slip(where=where, column=first.column, meaning=first.meaning, factor=factor))
-    return listed
+def _slip(
+    test: SpecimenTest, column: str, meaning: str, factor: float | None
+) -> tuple[SpecimenTest, Slip]:
+    """A doubt about a column of a test; no factor where columns are swapped."""
+    return test, Slip(where=str(test), column=column, meaning=meaning, factor=factor)
 
 
-def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> list[Suspicion]:
+def _once(raised: Raised) -> list[Slip]:
+    """Tell what several specimens raise alike once."""
+    alike = defaultdict[tuple[str, str], Raised](list)
+    for test, slip in raised:
+        alike[slip.column, slip.meaning].append((test, slip))
+    told = []
+    for (test, slip), *others in alike.values():
+        several = f"{test.experiment}, {len(others) + 1} specimens ({test.file.name})"
+        told.append(slip.model_copy(update={"where": several}) if others else slip)
+    return told
+
+
+def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> Raised:
     """The suspicion that travel and force of a coupon are swapped.
 
     A machine moves evenly in time, and a force does not rise so.
@@ -161,7 +148,7 @@ def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy)
     if travel < policy.alike or force > travel / policy.more_even:
         return []
     meaning = f"swapped with {FORCE.name}, which rises evenly in time, as a machine's travel does"
-    return [Suspicion(test, DISPLACEMENT.name, math.nan, meaning, force / travel)]
+    return [_slip(test, DISPLACEMENT.name, meaning, None)]
 
 
 def _unevenness(rows: pd.DataFrame, column: str) -> float:
@@ -171,45 +158,35 @@ def _unevenness(rows: pd.DataFrame, column: str) -> float:
     return float(np.abs(value - line).max() / max(np.ptp(value), 1e-12))
 
 
-def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> list[Suspicion]:
-    """Slips of unit or sign."""
+def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> Raised:
+    """Slips of unit or sign: of one reading, or of the control, which every reading shows."""
     every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
     ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
-    raised: list[Suspicion] = []
+    left = {name: _left(*columns[name], ratio) for name, ratio in ratios.items()}
+    raised: Raised = []
     for name, ratio in ratios.items():
         measured, simulated = columns[name]
-        left = _left(measured, simulated, ratio)
         # readings of noise alone are near any small multiple, which explains nothing of them
         missed = np.linalg.norm(measured - ratio * simulated)
-        if left >= 0.5 or missed >= 0.5 * np.linalg.norm(measured):
-            continue
-        if ratio < 0 and 1 / policy.no_slip < -ratio < policy.no_slip:
-            raised.append(Suspicion(test, name, -1.0, _REVERSED, left))
+        if left[name] >= 0.5 or missed >= 0.5 * np.linalg.norm(measured):
             continue
         slips = _OF_READING.get(CHANNELS[name].unit, {}).items()
         alike = [slip for slip in slips if _alike(abs(ratio), 1 / slip[1], policy)]
         if ratio < 0 and not alike:  # however much softer or stiffer the finger is, too
             alike = [(_REVERSED, 1.0)]
-        for meaning, factor in alike:
-            raised.append(Suspicion(test, name, math.copysign(factor, ratio), meaning, left))
-    return raised + _of_control(test, ratios, columns, policy)
+        raised += [
+            _slip(test, name, meaning, math.copysign(factor, ratio)) for meaning, factor in alike
+        ]
+    if max(left.values(), default=1.0) < 0.5:
+        raised += [
+            _slip(test, test.control, meaning, factor)
+            for meaning, factor in _OF_CONTROL[CHANNELS[CONTROL[test.experiment]].unit].items()
+            if all(_alike(ratio, factor, policy) for ratio in ratios.values())
+        ]
+    return raised
 
 
-def _of_control(
-    test: SpecimenTest, ratios: Mapping[str, float], columns: Pairs, policy: Policy
-) -> list[Suspicion]:
-    """Slips of the pressure's or displacement's unit, which every reading shows."""
-    left = max((_left(*columns[name], ratio) for name, ratio in ratios.items()), default=1.0)
-    if left >= 0.5:
-        return []
-    return [
-        Suspicion(test, test.control, factor, meaning, left)
-        for meaning, factor in _OF_CONTROL[CHANNELS[CONTROL[test.experiment]].unit].items()
-        if all(_alike(ratio, factor, policy) for ratio in ratios.values())
-    ]
-
-
-def _swapped(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
+def _swapped(test: SpecimenTest, columns: Pairs) -> Raised:
     """The suspicion that the columns of angle and force are swapped."""
     angles, forces = (
         [name for name in READING_COLUMNS if name in columns and CHANNELS[name].unit == unit]
@@ -223,7 +200,7 @@ def _swapped(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
         crossed = _misfit(turned, force_simulated) + _misfit(force, turned_simulated)
         if crossed < 0.5 * straight and crossed < 1:
             meaning = f"swapped with {other}, {angle} and {other} fit far better so"
-            return [Suspicion(test, angle, math.nan, meaning, crossed / straight)]
+            return [_slip(test, angle, meaning, None)]
     return []
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import csv
 import difflib
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, get_args
 
@@ -123,15 +123,13 @@ def allowed(name: str, names: Sequence[str]) -> str:
 BRANCHES = get_args(Branch)
 
 
-@dataclass(frozen=True, slots=True)
-class _Line:
-    """A line of a file, for an error's message."""
-
-    file: Path
-    number: int
-
-    def refuse(self, what: str) -> ConfigError:
-        return ConfigError(f"{self.file}: line {self.number}: {' '.join(what.split())}")
+@contextmanager
+def _refused_at(file: Path, line: int) -> Iterator[None]:
+    """Tell of a fault in which line of a file it is."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{file}: line {line}: {' '.join(str(error).split())}") from None
 
 
 def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
@@ -150,7 +148,10 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
     Raises:
         ConfigError: one line naming the file, the line, the column, its value and what is allowed.
     """
-    rows = [_checked(line, cells, experiments) for line, cells in _cells(file)]
+    rows = []
+    for line, cells in _cells(file):
+        with _refused_at(file, line):
+            rows.append({"line": line, **_checked(file, cells, experiments)})
     if not rows:
         raise ConfigError(f"{file}: no rows; allowed: at least 2 readings")
     names = dict.fromkeys(name for row in rows for name in row)
@@ -161,7 +162,7 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
     return table
 
 
-def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
+def _cells(file: Path) -> list[tuple[int, dict[str, str]]]:
     """The entries that are not empty, by column, with their lines in the file."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
@@ -179,10 +180,12 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
     _check_header(file, names)
     columns = {*MEASURED, *of_any_number(names)}
     entries = []
-    for number, cells in lines[1:]:
-        line = _Line(file, number)
+    for line, cells in lines[1:]:
         if len(cells) != len(names):
-            raise line.refuse(f"{len(cells)} entries; allowed: as many as the header, {len(names)}")
+            with _refused_at(file, line):
+                raise ConfigError(
+                    f"{len(cells)} entries; allowed: as many as the header, {len(names)}"
+                )
         row = zip(names, map(str.strip, cells), strict=True)
         entries.append((line, {name: text for name, text in row if text and name in columns}))
     return entries
@@ -203,62 +206,63 @@ def _check_header(file: Path, names: Sequence[str]) -> None:
         )
 
 
-def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> dict[str, Any]:
+def _checked(file: Path, cells: dict[str, str], experiments: Sequence[str]) -> dict[str, Any]:
     """One row by column."""
-    row: dict[str, Any] = {"line": line.number}
-    row["experiment"] = _experiment(line, cells.get("experiment"), experiments)
-    row["specimen"] = cells.get("specimen", line.file.stem)
-    row["cycle"] = _cycle(line, cells["cycle"]) if "cycle" in cells else 1
-    row["branch"] = cells.get("branch", "")
+    row: dict[str, Any] = {
+        "experiment": _experiment(file, cells.get("experiment"), experiments),
+        "specimen": cells.get("specimen", file.stem),
+        "cycle": _cycle(cells.get("cycle", "1")),
+        "branch": cells.get("branch", ""),
+    }
     if row["branch"] not in ("", *BRANCHES):
-        raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
+        raise ConfigError(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
     markers = of_markers(cells)
     supplies = [name for name in cells if cavity_of_supply(name)]
     numbers = {*NUMBERS, *markers, *supplies}
-    row |= {name: _number(line, name, text) for name, text in cells.items() if name in numbers}
+    row |= {name: _number(name, text) for name, text in cells.items() if name in numbers}
     control, readings = CONTROL[row["experiment"]], read_by(row["experiment"], cells)
     if control not in row:
-        raise line.refuse(
+        raise ConfigError(
             f"{control}: missing; allowed: a number in each row of {row['experiment']}"
         )
     driven = supplies if control == PRESSURE.name else ()
     every = (*READING_COLUMNS, *markers, *supplies)
     foreign = [name for name in every if name in row and name not in (*readings, *driven)]
     if foreign:
-        raise line.refuse(
+        raise ConfigError(
             f"{foreign[0]} = {cells[foreign[0]]}: {row['experiment']} does not read it; are "
             f"columns swapped? allowed: {', '.join(readings)}"
         )
     return row
 
 
-def _experiment(line: _Line, name: str | None, experiments: Sequence[str]) -> str:
+def _experiment(file: Path, name: str | None, experiments: Sequence[str]) -> str:
     if name is None:
         if len(experiments) == 1:
             return experiments[0]
-        raise line.refuse(f"experiment: missing; allowed: {', '.join(EXPERIMENT_NAMES)}")
+        raise ConfigError(f"experiment: missing; allowed: {', '.join(EXPERIMENT_NAMES)}")
     if name in NOT_SIMULATED:
-        raise line.refuse(
+        raise ConfigError(
             f"experiment = {name}: not simulated yet; allowed: {', '.join(EXPERIMENT_NAMES)}"
         )
     if name not in EXPERIMENT_NAMES:
-        raise line.refuse(f"experiment = {name}: unknown; {allowed(name, EXPERIMENT_NAMES)}")
+        raise ConfigError(f"experiment = {name}: unknown; {allowed(name, EXPERIMENT_NAMES)}")
     if experiments and name not in experiments:
-        raise line.refuse(
-            f"experiment = {name}: not in {line.file.with_suffix('.toml').name}; "
+        raise ConfigError(
+            f"experiment = {name}: not in {file.with_suffix('.toml').name}; "
             f"allowed: {', '.join(experiments)}"
         )
     return name
 
 
-def _cycle(line: _Line, text: str) -> int:
+def _cycle(text: str) -> int:
     value = float(pd.to_numeric(text, errors="coerce"))
     if not (value.is_integer() and value >= 1):
-        raise line.refuse(f"cycle = {text}: allowed: a whole number from 1 on")
+        raise ConfigError(f"cycle = {text}: allowed: a whole number from 1 on")
     return int(value)
 
 
-def _number(line: _Line, name: str, text: str) -> float:
+def _number(name: str, text: str) -> float:
     channel = PRESSURE if cavity_of_supply(name) else CHANNELS[name]
     assert channel.plausible is not None
     low, high = channel.plausible
@@ -267,13 +271,13 @@ def _number(line: _Line, name: str, text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise line.refuse(f"{name} = {text}: not a number; {within}") from None
+        raise ConfigError(f"{name} = {text}: not a number; {within}") from None
     if not math.isfinite(value):
-        raise line.refuse(f"{name} = {text}: not a finite number; {within}, or nothing")
+        raise ConfigError(f"{name} = {text}: not a finite number; {within}, or nothing")
     if not low <= value <= high:
-        raise line.refuse(f"{name} = {text}: {within}")
+        raise ConfigError(f"{name} = {text}: {within}")
     if 0 < abs(value) < NOTHING:
-        raise line.refuse(f"{name} = {text}: nearer to 0 than {NOTHING:g}; {within}")
+        raise ConfigError(f"{name} = {text}: nearer to 0 than {NOTHING:g}; {within}")
     return value
 
 
@@ -288,8 +292,8 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
                 what = f"{', '.join(BRANCHES)}, or in no row"
                 if name in numbers:
                     what = f"a number in each row of {who}, or in none"
-                line = int(rows["line"][absent].iloc[0])
-                raise _Line(file, line).refuse(f"{name}: missing; allowed: {what}")
+                with _refused_at(file, int(rows["line"][absent].iloc[0])):
+                    raise ConfigError(f"{name}: missing; allowed: {what}")
         _check_time(file, rows, who)
         count = int(rows[[*READING_COLUMNS, *of_markers(rows)]].count().sum())
         if count < 2:
@@ -304,13 +308,15 @@ def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
     back = time_s.diff() < 0
     if back.any():
         before, now = time_s.shift()[back].iloc[0], time_s[back].iloc[0]
-        raise _Line(file, int(rows["line"][back].iloc[0])).refuse(
-            f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
-        )
+        with _refused_at(file, int(rows["line"][back].iloc[0])):
+            raise ConfigError(
+                f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
+            )
     columns = [name for name in rows.columns if name != "line"]
     first = rows.groupby(columns, dropna=False, sort=False)["line"].transform("first")
     again = (rows["line"] > first) & time_s.notna()
     if again.any():
-        raise _Line(file, int(rows["line"][again].iloc[0])).refuse(
-            f"the same as line {first[again].iloc[0]} ({who}); allowed: each row once"
-        )
+        with _refused_at(file, int(rows["line"][again].iloc[0])):
+            raise ConfigError(
+                f"the same as line {first[again].iloc[0]} ({who}); allowed: each row once"
+            )

@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTes
 from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.runner import Workers, request
-from dolfingrip.diagnosis.simulation.stops import ControlSegment, StopSchedule
+from dolfingrip.diagnosis.simulation.stops import StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.sections.geometry.geometry import Geometry
@@ -66,15 +66,6 @@ def path_independent(config: Config) -> bool:
     return not any(effect.follows_path() for effect in config.extensions.active())
 
 
-@dataclass(frozen=True, slots=True)
-class _Led:
-    """A test, the configuration with its set-up, and the way that it went."""
-
-    test: SpecimenTest
-    config: Config
-    segments: list[ControlSegment]
-
-
 def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     """The groups of a measurement's tests, in their order.
 
@@ -82,43 +73,47 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
         measurement: with the set-up of each test.
         config: that the set-ups differ from.
     """
-    led = []
-    for test in measurement.tests:
-        rows, policy = measurement.rows(test.number), measurement.policy
-        segments = stops.segments(rows, test.controls, test.sigma, policy)
-        led.append(_Led(test, test.applied(config), segments))
+    applied = measurement.applied(config)
+    ways = [
+        stops.segments(measurement.rows(test.number), test.controls, test.sigma, measurement.policy)
+        for test in measurement.tests
+    ]
+
+    def same_setup(one: SpecimenTest, other: SpecimenTest) -> bool:
+        alike = one.experiment == other.experiment and set(one.supplies) == set(other.supplies)
+        return alike and applied[one.number] == applied[other.number]
+
+    def same_way(one: SpecimenTest, other: SpecimenTest) -> bool:
+        return stops.alike(ways[one.number], ways[other.number])
+
     parts = []
-    for of_setup in _together(led, _same_setup):
-        test = of_setup[0].test
-        control = CONTROL[test.experiment]
+    for of_setup in _together(measurement.tests, same_setup):
+        first = of_setup[0]
+        control = CONTROL[first.experiment]
         curve = None
-        if not test.supplies:
-            curve = stops.elastic([one.segments for one in of_setup], control)
-        for part in _together(of_setup, lambda a, b: stops.alike(a.segments, b.segments)):
-            tests = tuple(one.test.number for one in part)
-            led_by = [one.segments for one in part]
+        if not first.supplies:
+            curve = stops.elastic([ways[test.number] for test in of_setup], control)
+        for part in _together(of_setup, same_way):
+            tests = tuple(test.number for test in part)
+            led = [ways[number] for number in tests]
             parts.append(
                 SimulationGroup(
-                    part[0].test.experiment,
-                    part[0].config,
+                    first.experiment,
+                    applied[tests[0]],
                     tests,
                     curve and _of(curve, measurement, tests),
-                    stops.in_time(led_by, control),
-                    stops.in_time(led_by, control, settles=True),
+                    stops.in_time(led, control),
+                    stops.in_time(led, control, settles=True),
                 )
             )
     return parts
 
 
-def _same_setup(first: _Led, second: _Led) -> bool:
-    one, other = first.test, second.test
-    alike = one.experiment == other.experiment and set(one.supplies) == set(other.supplies)
-    return alike and first.config == second.config
-
-
-def _together(tests: Sequence[_Led], alike: Callable[[_Led, _Led], bool]) -> list[list[_Led]]:
+def _together(
+    tests: Sequence[SpecimenTest], alike: Callable[[SpecimenTest, SpecimenTest], bool]
+) -> list[list[SpecimenTest]]:
     """Tests that are like the first of their part, in their order."""
-    parts: list[list[_Led]] = []
+    parts: list[list[SpecimenTest]] = []
     for test in tests:
         part = next((part for part in parts if alike(part[0], test)), None)
         if part is None:
@@ -219,12 +214,10 @@ class SimulatedReadings(ModelReadings):
     """The readings of a measurement as one variant has them.
 
     Attributes:
-        variant: what was simulated.
         failures: simulations that left readings without a number.
         runs: all of them.
     """
 
-    variant: ModelVariant
     failures: Sequence[SimulatedGroup]
     runs: Sequence[SimulatedGroup]
 
@@ -255,9 +248,9 @@ def simulate(
     ]
     results = iter(workers.results([request for row in planned for *_, request in row]))
     simulated = []
-    for variant, row in zip(variants, planned, strict=True):
+    for row in planned:
         runs = [SimulatedGroup(group, cfg, route, next(results)) for group, cfg, route, _ in row]
-        simulated.append(_assembled(measurement, variant, runs))
+        simulated.append(_assembled(measurement, runs))
     return simulated
 
 
@@ -287,9 +280,7 @@ def _feels(experiment: str, config: Config, key: str) -> bool:
     )
 
 
-def _assembled(
-    measurement: Measurement, variant: ModelVariant, runs: Sequence[SimulatedGroup]
-) -> SimulatedReadings:
+def _assembled(measurement: Measurement, runs: Sequence[SimulatedGroup]) -> SimulatedReadings:
     count = len(measurement.readings)
 
     def at_rows(slope: str | None = None, derivative: int = 0) -> Rows:
@@ -311,4 +302,4 @@ def _assembled(
         if run.result.failure_class is not None
         and np.isnan(readings[measurement.listed["test"].isin(run.group.tests)]).any()
     ]
-    return SimulatedReadings(readings, by_control, slopes, variant, failures, runs)
+    return SimulatedReadings(readings, by_control, slopes, failures, runs)

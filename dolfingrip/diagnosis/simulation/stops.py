@@ -1,18 +1,16 @@
 """The stops that a test asks for: the protocol in time, or one curve where history does not matter.
 
-Branches of few rows are simulated at their rows, at round values where these were read with noise
-(:class:`NominalStop`). Of more rows some stops are made and the rows are
-interpolated. A wait has stops that grow sparser.
+Branches of few rows are simulated at their rows, at round values where these were read with noise.
+Of more rows some stops are made and the rows are interpolated. A wait has stops that grow sparser.
 How many there are, :class:`~dolfingrip.diagnosis.policy.Policy` says. The control is taken as
 one-directional within a ramp and constant within a wait, at the mean of what was read: the gauge's
 own noise is no motion of the finger. Where a ramp begins behind the end of the one before, the way
 back is led, too. A model with a memory but no clock settles: its third cycle is its second.
 
 Stops are at round values on straight ramps: where the laboratory meant to stop, not where it read.
-Two measurements with like controls then ask for the
-same simulations, so that the second finds them in the store; and a ramp at one rate takes half the
-iterations of one that changes its rate at every stop, as the load path's prediction goes on.
-Rows are read between the stops at the pressure that was read.
+Two measurements with like controls then ask for the same simulations. A ramp at one rate takes
+half the iterations of one that changes its rate at every stop, as the load path's prediction goes
+on. Rows are read between the stops at the pressure that was read.
 
 An interpolant has successive stops of one branch, and the rows that are read between them.
 
@@ -53,16 +51,15 @@ class StopInterpolant:
             logarithm of time.
         rows: places of the rows in ``Measurement.readings``.
         rows_at: of each row.
-        beyond: how far beyond the stops that were reached rows are read, by their range.
-        fewest: stops that tell where a force begins.
+        policy: how far beyond the stops that were reached rows are read, and how many stops tell
+            where a force begins.
     """
 
     stops: np.ndarray
     at: np.ndarray
     rows: np.ndarray
     rows_at: np.ndarray
-    beyond: float = Policy().alike
-    fewest: int = Policy().few
+    policy: Policy = Policy()
 
     def weights(
         self,
@@ -94,7 +91,7 @@ class StopInterpolant:
             weights[interpolated * acting.sum() < 0] = 0.0
         if there.size < len(self.stops):
             low, high = self.at[there].min(), self.at[there].max()
-            margin = self.beyond * (high - low)
+            margin = self.policy.alike * (high - low)
             weights[(where > high + margin) | (where < low - margin)] = np.nan
         return weights
 
@@ -108,7 +105,7 @@ class StopInterpolant:
             force: at the leg's stops that were reached, shape (stops,).
         """
         some = np.flatnonzero(np.abs(force) > 1e-9 * np.abs(force).max(initial=0.0))
-        if len(some) < self.fewest:
+        if len(some) < self.policy.few:
             return slice(None)
         first, last = int(some[0]), int(some[-1]) + 1
         at, acting = self.at[first:last], force[first:last]
@@ -131,25 +128,21 @@ def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.nda
         where: values are wanted, shape (where,); beyond the ends a straight line goes on.
         derivative: 0 or 1.
     """
-    if len(set(at.tolist())) == 1:
-        weights = np.zeros((len(where), len(at)))
-        weights[:, -1] = float(derivative == 0)
-        return weights
-    spline = _spline(tuple(at.tolist()))
-    x = spline.x
-    inside = np.clip(where, x[0], x[-1])
+    return _spline_weights(tuple(at.tolist()), tuple(where.tolist()), derivative)
+
+
+@functools.lru_cache(maxsize=1000)  # of coupons the same rows are read for each of many numbers
+def _spline_weights(at: tuple[float, ...], where: tuple[float, ...], derivative: int) -> np.ndarray:
+    # of stops at one place, as between two cycles at rest, the last one counts
+    places, last = np.unique(np.array(at)[::-1], return_index=True)
+    unit = np.eye(len(at))[len(at) - 1 - last]
+    if len(places) == 1:
+        return np.repeat(unit * float(derivative == 0), len(where), axis=0)
+    spline, inside = CubicSpline(places, unit), np.clip(where, places[0], places[-1])
     slopes = np.asarray(spline(inside, 1))
     if derivative:
         return slopes
     return np.asarray(spline(inside) + (where - inside)[:, None] * slopes)
-
-
-@functools.lru_cache(maxsize=1000)  # a fit reads the same stops anew for each modulus that it tries
-def _spline(at: tuple[float, ...]) -> CubicSpline:
-    """Column j: through 1 at stop j and 0 at the others; a line or parabola for 2 or 3 stops."""
-    # of stops at one place, as between two cycles at rest, the last one counts
-    places, last = np.unique(np.array(at)[::-1], return_index=True)
-    return CubicSpline(places, np.eye(len(at))[len(at) - 1 - last])
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,9 +163,6 @@ class StopSchedule:
     branch: tuple[str, ...]
     legs: tuple[StopInterpolant, ...]
     others: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    _weights: dict[tuple[int, int, bytes | None], list[np.ndarray]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
 
     def protocol(self) -> dict[str, object]:
         """The protocol's columns; :func:`protocol_file.key` tells where they belong."""
@@ -206,23 +196,12 @@ class StopSchedule:
         readings = np.full((*several, count), np.nan)
         padded = np.zeros((*several, len(self.value)))
         padded[..., :reached] = values
-        every = self._weights_of(reached, derivative, force)
-        for leg, weights in zip(self.legs, every, strict=True):
+        for leg in self.legs:
+            weights = leg.weights(reached, derivative, force)
+            if derivative and self.branch[int(leg.stops[-1])] == "hold":
+                weights = 0.0 * weights
             readings[..., leg.rows] = padded[..., leg.stops] @ weights.T
         return readings
-
-    def _weights_of(
-        self, reached: int, derivative: int, force: np.ndarray | None
-    ) -> list[np.ndarray]:
-        """Each leg's weights, made once: a fit asks for them at each place that it tries."""
-        key = reached, derivative, None if force is None else force.tobytes()
-        if key not in self._weights:
-            self._weights[key] = [
-                leg.weights(reached, derivative=derivative, force=force)
-                * float(not derivative or self.branch[int(leg.stops[-1])] != "hold")
-                for leg in self.legs
-            ]
-        return self._weights[key]
 
 
 class NominalStop(NamedTuple):
@@ -401,13 +380,12 @@ def elastic(tests: Sequence[Sequence[ControlSegment]], control: str) -> StopSche
     least = max(policy.gauge * (high - low), policy.certain * longest.sigma)
     at = _rising([low, *np.sort(values), high], least)
     if len(at) <= policy.most_stops:
-        at = meant_values(at, longest.rounds_by, policy)
+        at = np.unique(meant_places(at, longest.rounds_by, policy))
     else:
         last = meant_end(high, (high - low) / policy.most_stops, longest.rounds_by, policy)
         at = np.linspace(low, last, policy.most_stops)
     rows = np.concatenate([segment.rows for segment in every])
-    ends = policy.alike, policy.few
-    leg = StopInterpolant(np.arange(len(at)), at, rows, values, *ends)
+    leg = StopInterpolant(np.arange(len(at)), at, rows, values, policy)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
     count = len(at)
     return StopSchedule(
@@ -459,8 +437,7 @@ def in_time(
             rows_at = np.concatenate([part.value for part in same])
             at = np.array([stop.controls[segment.lead] for stop in on_leg])
         rows = np.concatenate([part.rows for part in same])
-        ends = segment.policy.alike, segment.policy.few
-        legs.append(StopInterpolant(places, at, rows, rows_at, *ends))
+        legs.append(StopInterpolant(places, at, rows, rows_at, segment.policy))
     time_s, _, cycle, branch, every = zip(*stops, strict=True)
     value, *others = (tuple(values[name] for values in every) for name in (control, *beside))
     named = dict(zip(beside, others, strict=True))
@@ -578,69 +555,25 @@ def _rising(values: Sequence[float], least: float) -> np.ndarray:
 
 
 def unit_for(distance: float, policy: Policy = Policy()) -> float:
-    """The largest round whole number times a power of ten up to a part of a distance."""
+    """The largest round number times a power of ten up to a part of a distance."""
     most = distance / policy.fineness
     power = 10.0 ** math.floor(math.log10(most) + 1e-9)
-    return power * max(
-        step for step in policy.steps if step.is_integer() and step * power <= most * (1 + 1e-9)
-    )
-
-
-def common_unit(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> float:
-    """Return the unit that the places of a laboratory's stops are multiples of.
-
-    It is the largest of 1, 2, 2.5, 5 times a power of ten that all readings of the gauge are within
-    its noise of, and that its noise does not reach half of. So like data have the same stops. Where
-    there is none, the stops' distance tells how fine the unit is; it is never finer than that.
-
-    Args:
-        read: (n,) stops as read, of which no two are the same.
-        sigma: standard deviation of the gauge, above 0.
-        policy: round numbers, and how far off them stops may be.
-    """
-    distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
-    power = 10.0 ** math.floor(math.log10(distance) + 1e-9)
-    finest = unit_for(distance, policy)
-    least = max(finest, 2 * policy.unlikely * sigma)
-    for unit in (step * ten for ten in (power, power / 10) for step in policy.steps[::-1]):
-        within = min(policy.certain * sigma, policy.clear * unit)
-        plausible = least <= unit <= distance * (1 + policy.alike)
-        if plausible and np.abs(read - unit * np.round(read / unit)).max() <= within:
-            return unit
-    return finest
-
-
-def rounded(value: float, unit: float) -> float:
-    """The nearest multiple of a unit."""
-    return float(f"{round(value / unit) * unit:.9g}")
+    return power * max(step for step in policy.steps if step * power <= most * (1 + 1e-9))
 
 
 def meant_end(value: float, distance: float, sigma: float, policy: Policy = Policy()) -> float:
-    """A turn, a wait: the round value if the gauge's noise allows, else as it was read."""
+    """The round value near a stop if the gauge's noise allows, else as it was read."""
     if not (sigma and distance > 0):
         return value
-    meant = rounded(value, unit_for(distance, policy))
+    unit = unit_for(distance, policy)
+    meant = float(f"{round(value / unit) * unit:.9g}")
     return meant if abs(meant - value) <= policy.certain * sigma else value
 
 
-def meant_values(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> np.ndarray:
-    """Round rising values of a control, the last by :func:`meant_end`.
-
-    Args:
-        read: (n,) values as read, rising.
-        sigma: standard deviation of the gauge; nothing is rounded where it is 0.
-        policy: round numbers, and how far off them stops may be.
-
-    Returns:
-        (m,) round values.
-    """
-    if len(read) < 2 or not sigma:
-        return read
-    distance = float(read[-1] - read[0]) / (len(read) - 1)
-    unit = common_unit(read, sigma, policy)
-    last = meant_end(float(read[-1]), distance, sigma, policy)
-    inner = dict.fromkeys(rounded(float(value), unit) for value in read[:-1])
-    return np.array([*(value for value in inner if value < last), last])
+def meant_places(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> np.ndarray:
+    """Round values of successive places, (n,), of those for which the gauge's noise allows it."""
+    distance = abs(float(read[-1] - read[0])) / max(len(read) - 1, 1)
+    return np.array([meant_end(float(value), distance, sigma, policy) for value in read])
 
 
 def meant_ramp(
@@ -659,36 +592,26 @@ def meant_ramp(
         return list(stops)
     time_s = np.array([stop.time_s for stop in joined])
     read = np.array([stop.value for stop in joined])
-    distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
-    if not distance:
+    if read[-1] == read[0]:
         return list(stops)
-    unit = common_unit(read, sigma, policy)
-    meant = np.array([rounded(float(value), unit) for value in read])
-    meant[-1] = (
-        leads_to
-        if not math.isnan(leads_to)
-        else meant_end(float(read[-1]), distance, sigma, policy)
-    )
-    meant[0] = before.value if before else meant_end(float(read[0]), distance, sigma, policy)
-    rises = meant[-1] > meant[0]
+    meant = meant_places(read, sigma, policy)
+    if not math.isnan(leads_to):
+        meant[-1] = leads_to
+    if before:
+        meant[0] = before.value
+    span = float(meant[-1] - meant[0]) or 1.0
     whole_s = float(time_s[-1] - time_s[0])
     # the time at which the gauge reads an end is as uncertain as its reading there
     sigma_s = sigma * whole_s / abs(float(read[-1] - read[0]))
     lasts_s = meant_end(whole_s, whole_s / (len(read) - 1), sigma_s, policy)
-    ends, ends_s = [0, -1], time_s[0] + np.array([0.0, lasts_s])
-    if not rises:
-        ends, ends_s = [-1, 0], ends_s[::-1]
-    line_s = np.interp(meant, meant[ends], ends_s)
+    part = (meant - meant[0]) / span
+    line_s = time_s[0] + lasts_s * np.clip(part, 0.0, 1.0)
     if np.abs(line_s - time_s).max() <= 0.1 * whole_s:
         time_s = line_s
-    way = 1.0 if rises else -1.0
-    kept = [0]
-    for i in range(1, len(meant) - 1):
-        if way * (meant[i] - meant[kept[-1]]) > 0 and way * (meant[-1] - meant[i]) > 0:
-            kept.append(i)
-    kept.append(len(meant) - 1)
-    first = 1 if before else 0
+    at, places = np.unique(part, return_index=True)
+    inner = places[(at > policy.gauge) & (at < 1 - policy.gauge)]
+    first = [] if before else [0]
     return [
         stops[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
-        for i in kept[first:]
+        for i in [*first, *inner, len(meant) - 1]
     ]

@@ -64,8 +64,8 @@ def test_a_new_coupon_may_differ_as_much_as_was_told_or_found(found: float, told
     """Few coupons that happen to be alike do not make the next one like them."""
     scatter = Scatter(specimens=8, scale=found, prior_scale=told, shape=0.0, estimated=True)
     of = SimpleNamespace(
-        errors=SimpleNamespace(scatter=scatter, shared=()), closed_form=True, fitted_names=(),
-        problem=SimpleNamespace(value=np.zeros(3)),
+        errors=SimpleNamespace(scatter=scatter, shared=()), closed_form=True,
+        problem=SimpleNamespace(value=np.zeros(3), always=()),
         simulation=SimpleNamespace(anew=lambda _, **__: ()),
     )  # fmt: skip
     readings = np.array([2.0, 5.0])

@@ -20,8 +20,8 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan import (
     NOISES,
+    Draw,
     Hidden,
-    RecoveryOutcome,
     analyse_plan,
     joined,
     namings,
@@ -201,12 +201,12 @@ def test_strengths_between_are_not_drawn(planned: Analysis[Any], least: int) -> 
     drawn: list[int] = []
 
     class Told(Hidden):
-        def drawn(self, place: int) -> list[RecoveryOutcome]:
+        def drawn(self, place: int) -> list[Draw]:
             drawn.append(place)
-            return [RecoveryOutcome(i < told[place], within=False, mass={}) for i in range(NOISES)]
+            return [(("yeoh",) if i < told[place] else (), {}) for i in range(NOISES)]
 
     hidden = Told(planned, planned.causes["yeoh"])
-    assert (hidden.counted(lambda each: each.alone) == told).all()
+    assert (hidden.counted(lambda each: len(each[0]) == 1) == told).all()
     assert len(drawn) < Policy().strengths
 
 

@@ -91,7 +91,7 @@ def test_an_addition_is_read_by_the_rigs_instruments() -> None:
     """Its readings are 0 and alike, which tells nothing of the noise."""
     paper, _ = rig.read(None, Config(), noise={"angle_deg": 0.1})
     for proposal in proposals(paper, Config()):
-        found = instrument_noise(read_alike(proposal, paper))
+        found, _ = instrument_noise(read_alike(proposal, paper))
         columns = proposal.measurement.listed["column"]
         assert (found.independent[columns == "force_N"] == 0.02).all()
         assert (found.independent[columns == "angle_deg"] == 0.1).all()

@@ -117,7 +117,7 @@ def test_noise_of_the_gauge_moves_no_stop(tmp_path: Path, sigma: float, told: st
 def test_a_turn_stays_where_noise_does_not_explain_it(tmp_path: Path) -> None:
     lines = [f"A,1,loading,{p / 10:.4f},{p},1" for p in (0.1, 21.0, 43.0, 63.0, 83.7)]
     (group,) = groups(measured(tmp_path, lines, "[noise]\npressure_kPa = 0.1\n"), Config())
-    np.testing.assert_allclose(group.in_time.value, [0.0, 20.0, 45.0, 65.0, 83.7])
+    np.testing.assert_allclose(group.in_time.value, [0.0, 21.0, 43.0, 63.0, 83.7])
     np.testing.assert_allclose(group.in_time.time_s, np.array(group.in_time.value) / 10, atol=0.02)
 
 
