@@ -12,6 +12,9 @@ Along one loading at one rate a law with memory, fitted anew, follows any elasti
 tangent does not tell. Such a pair counts as told apart where memory shows itself alone
 (:func:`dolfingrip.diagnosis.data.measurement.shows_memory`).
 
+Elastic laws stay together in a verdict until one of them misses a hundredth of the largest reading,
+however many readings speak for the other; so they do here.
+
 Which further experiment would tell tied causes apart.
 """
 
@@ -25,12 +28,12 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS, Part
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.decision import LAW_MISSES, Decision
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS
@@ -42,6 +45,7 @@ from dolfingrip.extensions.kinds import DimensionOffset
 from dolfingrip.files.diagnosis import NextExperiment, PlannedQuantity
 from dolfingrip.parameter import find
 from dolfingrip.sections.section import EVERYWHERE
+from dolfingrip.sections.units import unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +55,24 @@ class NumberCheck:
     Attributes:
         name: in words.
         minutes: that it takes, an engineering guess.
-        readings: coefficients of the numbers that each reading is the sum of, by key.
-        std: standard deviation of each reading, an engineering guess of usual tools.
+        quantities: that are read, with engineering guesses of usual tools' standard deviations.
     """
 
     name: str
     minutes: float
-    readings: tuple[Mapping[str, float], ...]
-    std: tuple[float, ...]
+    quantities: tuple[PlannedQuantity, ...]
     tests: ClassVar = ()
 
     @property
-    def quantities(self) -> tuple[PlannedQuantity, ...]:
-        """The quantities of the check, as a result file tells them."""
-        pairs = zip(self.readings, self.std, strict=True)
-        return tuple(PlannedQuantity(numbers=dict(row), std=std) for row, std in pairs)
+    def std(self) -> tuple[float, ...]:
+        """Standard deviation of each reading."""
+        return tuple(quantity.std for quantity in self.quantities)
 
     def read(self, values: Mapping[str, float]) -> np.ndarray:
         """Readings, or derivatives of them, from those of the numbers; shape (readings,)."""
         return np.array([
-            sum(by * values.get(key, 0.0) for key, by in row.items()) for row in self.readings
+            sum(by * values.get(key, 0.0) for key, by in quantity.numbers.items())
+            for quantity in self.quantities
         ])  # fmt: skip
 
 
@@ -80,8 +82,9 @@ def coupon_check(policy: Policy) -> NumberCheck:
     Args:
         policy: how long it takes.
     """
-    minutes, std = policy.set_up_min["coupon"], (0.1 / 2,)
-    return NumberCheck("a coupon in uniaxial tension", minutes, ({MODULUS: 1.0},), std)
+    std = 0.1 / 2
+    relative = PlannedQuantity(numbers={MODULUS: 1.0}, std=std, nuisance={MODULUS: std})
+    return NumberCheck("a coupon in uniaxial tension", policy.set_up_min["coupon"], (relative,))
 
 
 def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberCheck]:
@@ -91,7 +94,7 @@ def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberC
         config: of the body, as it was drawn.
         parts: of the rigs that it is measured on.
     """
-    read: dict[tuple[str, float], dict[str, float]] = defaultdict(dict)
+    read: dict[tuple[str, float], list[PlannedQuantity]] = defaultdict(list)
     shapes: dict[str, str] = {}
     for cls in (effect for effect in EFFECTS if effect.felt_on(parts)):
         fitted = cls.fitted(config) if cls.told.key else None
@@ -102,12 +105,17 @@ def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberC
                 continue
             shapes[dimension] = number if fitted else f"{number}offset_mm"
         for check in cls.checks:
-            stds = {number if fitted else number + key: std for key, std in check.std.items()}
-            read[check.name, check.minutes] |= stds
-    single = [
-        NumberCheck(name, minutes, tuple({key: 1.0} for key in stds), tuple(stds.values()))
-        for (name, minutes), stds in read.items()
-    ]
+            for key, std in check.std.items():
+                one = number if fitted else number + key
+                entry = (
+                    (cls.told.key, cls.told.as_told(std, fitted.value)) if fitted else (one, std)
+                )
+                read[check.name, check.minutes].append(
+                    PlannedQuantity(
+                        numbers={one: 1.0}, std=std, unit=unit(one), nuisance=dict([entry])
+                    )
+                )
+    single = [NumberCheck(*called, tuple(quantities)) for called, quantities in read.items()]
     return [_weighed(config, shapes), *single] if shapes else single
 
 
@@ -120,8 +128,11 @@ def _weighed(config: Config, shapes: Mapping[str, str]) -> NumberCheck:
     """
     check = DimensionOffset.weighed
     mass_g, by = shape_number(MASS, config, find(config, tuple(shapes)))
-    reading = {shapes[key]: slope for key, slope in by.items()}
-    return NumberCheck(check.name, check.minutes, (reading,), (check.std[MASS] * mass_g,))
+    mass = PlannedQuantity(
+        numbers={shapes[key]: slope for key, slope in by.items()},
+        std=check.std[MASS] * mass_g, unit=unit(MASS),
+    )  # fmt: skip
+    return NumberCheck(check.name, check.minutes, (mass,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,11 +164,13 @@ class Expected:
         log_odds: log evidence that it does.
         nothing: whether the column's effect, which has more causes than the row's, would be left
             with too little to be seen.
+        missed: root mean square of what the column's effect cannot follow, by the largest reading.
     """
 
     misfit: np.ndarray
     log_odds: np.ndarray
     nothing: np.ndarray
+    missed: np.ndarray
 
     @classmethod
     def of(
@@ -166,6 +179,7 @@ class Expected:
         covariance: np.ndarray,
         noise: np.ndarray | None = None,
         least: float = Policy().visible,
+        count: int | None = None,
     ) -> Expected:
         """From the readings of each fit.
 
@@ -174,15 +188,20 @@ class Expected:
             covariance: of the readings, shape (n, n).
             noise: of the readings so far, which come first; by the covariance where None.
             least: length of a change below which nothing can be seen.
+            count: of the first readings that are of channels; all where None.
         """
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
         misfit = np.zeros((len(fits), len(fits)))
         evidence = np.zeros_like(misfit)
+        missed = np.zeros_like(misfit)
         nothing = np.zeros(misfit.shape, dtype=bool)
+        largest = [np.abs(true.readings[:count]).max() for true in fits]
         for j, other in enumerate(fits):
             lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
+            stays = (covariance @ cho_solve((lower, True), off))[:count]
+            missed[:, j] = np.sqrt(np.square(stays).mean(axis=0)) / largest
             pull = (other.slopes @ other.zeta)[:, None]
             white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
             off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
@@ -190,7 +209,7 @@ class Expected:
             evidence[:, j] = -0.5 * (2 * np.log(np.diag(lower)).sum() + scatter.sum() + left)
             more = np.array([true.acting < other.acting for true in fits])
             nothing[:, j] = more & (_room(other, factor, size) < least)
-        return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing)
+        return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing, missed)
 
 
 def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
@@ -257,6 +276,7 @@ class Comparison:
         probability: of each hypothesis.
         here: each at the readings so far.
         policy: what tells two of them apart.
+        elastic: causes that are elastic laws.
     """
 
     measurement: Measurement
@@ -265,6 +285,7 @@ class Comparison:
     probability: np.ndarray
     here: Sequence[Rival]
     policy: Policy = Policy()
+    elastic: frozenset[str] = frozenset()
 
     @cached_property
     def now(self) -> Expected:
@@ -274,7 +295,12 @@ class Comparison:
     @cached_property
     def apart(self) -> np.ndarray:
         """Which are told apart already, (effects, effects) of bool."""
-        return told_apart(self.probability, self.now, self.now, policy=self.policy)
+        return told_apart(self.probability, self.now, self.now, self._alike(self.now), self.policy)
+
+    def _alike(self, expected: Expected) -> np.ndarray:
+        """Which elastic laws would stay together in a verdict, (effects, effects) of bool."""
+        laws = np.array([len(rival.acting & self.elastic) == 1 for rival in self.here])
+        return (laws[:, None] & laws) & (expected.missed <= LAW_MISSES)
 
     def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
         """(m, m) covariance of an addition's readings by noise and by what a model may be off.
@@ -316,8 +342,13 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        then = Expected.of(together, joint, self.noise, self.policy.visible)
-        apart = told_apart(self.probability, self.now, then, unseen, self.policy)
+        count = n + (len(covariance) if addition.tests else 0)
+        then = Expected.of(together, joint, self.noise, self.policy.visible, count)
+        alike = self._alike(then)
+        apart = told_apart(
+            self.probability, self.now, then, np.asarray(unseen) | alike, self.policy
+        )
+        more = (then.misfit - self.now.misfit > self.policy.log_odds) & ~alike
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
@@ -330,9 +361,7 @@ class Comparison:
             gain_per_minute=float((weights * useful).sum() / addition.minutes),
             chance=chance_alone(self.probability, apart),
             excludes=self._names(apart[0] & ~self.apart[0]),
-            shows=self._names(
-                (apart & ~self.apart | (then.misfit - self.now.misfit > self.policy.log_odds))[:, 0]
-            ),
+            shows=self._names((apart & ~self.apart | more)[:, 0]),
         )  # fmt: skip
 
     def _names(self, which: np.ndarray) -> tuple[str, ...]:
