@@ -21,6 +21,7 @@ from support.differences import (
     HANGING,
     INSTRUMENTS,
     LASTING,
+    MOTION,
     RUBBING,
     SHORT,
     STEP,
@@ -41,6 +42,7 @@ CASES: Mapping[str, tuple[str, Sequence[str]]] = {
     "blocked, elastic": ("blocked_force", (*BLOCKED, *COMPLIANT, *INSTRUMENTS)),
     "bending, two cycles": ("bending", (*LASTING, *CYCLES)),
     "blocked, two cycles": ("blocked_force", (*LASTING, *CYCLES, *RUBBING)),
+    "bending, in motion": ("bending", MOTION),
 }
 
 

@@ -127,8 +127,8 @@ class Request:
         if config.experiment.dynamic and not chosen.dynamic:
             raise ConfigError(f"experiment.dynamic = true: {chosen.command}: allowed: false")
         slopes = keys is not None or wanted.get("bands") is not None
-        if config.experiment.dynamic and slopes:
-            raise ConfigError("experiment.dynamic = true: gradients, bands: allowed: false")
+        if config.experiment.dynamic and wanted.get("places"):
+            raise ConfigError("experiment.dynamic = true: readings at a place: allowed: false")
         supplied = config.supply is not None and AirLine.felt_on(chosen.parts)
         if supplied and (slopes or wanted.get("places")):
             words = "allowed: without gradients, bands and readings at a place"

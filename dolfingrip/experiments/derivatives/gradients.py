@@ -112,10 +112,10 @@ def by_adjoint(config: Config) -> bool:
         Whether they do.
     """
     adapted = config.adapted()
-    forgets = not any(effect.remembers() for effect in adapted.extensions.active())
+    remembers = any(effect.remembers() for effect in adapted.extensions.active())
     distorted = adapted.extensions.active(Displaying)
     prescribed = adapted.experiment.control == "pressure" and adapted.supply is None
-    return prescribed and not adapted.experiment.dynamic and forgets and not distorted
+    return prescribed and not (adapted.experiment.dynamic or remembers or distorted)
 
 
 class AtHighest:

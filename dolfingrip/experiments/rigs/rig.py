@@ -18,6 +18,7 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation
 from dolfingrip.parameter import Parameter
 
 
@@ -35,6 +36,8 @@ class Rig(ABC):
         readings: readings by column, without instruments' errors.
         from_rest: columns that count from the state at rest.
         tared: called as soon as the state at rest is known.
+        place_load: the load that holds a place, which parameters change; None if none does.
+        held: called with that place (mm) once it is held, as a function of the model's state.
     """
 
     specimen_name: ClassVar[str]
@@ -49,6 +52,8 @@ class Rig(ABC):
         self.sag_mm: tuple[float, float, float] | None = None
         self.pressures: Mapping[str, Control] = {}
         self.tared: Callable[[], None] = lambda: None
+        self.place_load: Perturbation | None = None
+        self.held: Callable[[Callable[[], float]], None] = lambda place_mm: None
         self._true: defaultdict[str, list[float]] = defaultdict(list)
 
     @property
