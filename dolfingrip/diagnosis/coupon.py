@@ -22,11 +22,11 @@ from dolfingrip.diagnosis.answer.errors import errors_of
 from dolfingrip.diagnosis.core.blend import Tangents, places
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown, factor_of_moduli
-from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, joined
 from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
 from dolfingrip.jobs.run import Say, silent
@@ -104,9 +104,19 @@ class CouponSimulation:
         """Return nothing: any other numbers are another simulation."""
         return None
 
-    def of(self, measurement: Measurement, *, known_mesh: bool = True) -> CouponSimulation:
-        """Return the simulator of other coupons; these have no mesh."""
-        return CouponSimulation(measurement, self.config)
+    def additions(
+        self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
+    ) -> list[list[Tangents | None]]:
+        """Simulate other coupons, all at once; these have no mesh."""
+        together = joined(*measurements)
+        tangents = CouponSimulation(together, self.config)._tangents(points)
+        tests, first, answers = together.listed["test"].to_numpy(), 0, []
+        for measurement in measurements:
+            last = first + measurement.listed["test"].nunique()
+            rows = (tests >= first) & (tests < last)
+            answers.append([_reached(run.rows(rows)) for run in tangents])
+            first = last
+        return answers
 
     def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
         """Return nothing: another coupon is clamped once more."""
@@ -114,18 +124,20 @@ class CouponSimulation:
 
     def at(self, points: Sequence[Point]) -> list[Tangents | None]:
         """Simulate other numbers, those of the same causes together; None without equilibrium."""
+        return [_reached(run) for run in self._tangents(points)]
+
+    def _tangents(self, points: Sequence[Point]) -> list[Tangents]:
+        """Simulate other numbers; NaN without equilibrium."""
         together = defaultdict[Subset, list[int]](list)
         for place, point in enumerate(points):
             together[tuple(cause.name for cause, _ in point.causes)].append(place)
-        answers: list[Tangents | None] = [None] * len(points)
-        for group in together.values():
-            causes = [cause for cause, _ in points[group[0]].causes]
-            zeta = np.array([[z for _, z in points[place].numbers] for place in group])
-            runs = self.tangents(causes, zeta, [points[place] for place in group])
-            for place, run in zip(group, runs, strict=True):
-                if np.isfinite(run.told).all():
-                    answers[place] = run
-        return answers
+        runs: dict[int, Tangents] = {}
+        for alike in together.values():
+            causes = [cause for cause, _ in points[alike[0]].causes]
+            zeta = np.array([[z for _, z in points[place].numbers] for place in alike])
+            tangents = self.tangents(causes, zeta, [points[place] for place in alike])
+            runs |= zip(alike, tangents, strict=True)
+        return [runs[place] for place in range(len(points))]
 
     def tangents(
         self, causes: Sequence[Cause], zeta: np.ndarray, points: Sequence[Point]
@@ -202,20 +214,26 @@ class CouponSimulation:
         moved: Mapping[str, float] = NO_CHANGE,
     ) -> Solved:
         """True readings at each group's stops, (places, stops) by column."""
-        solved = []
+        configs, of_material = [], defaultdict[int, list[int]](list)
         for group in self.groups:
             config = changed(group.config, overrides)
-            places = {key: named(key).value(config) + by for key, by in moved.items()}
-            config = changed(config, places).adapted()
-            coupon, route = config.coupon, group.in_time
-            strain = [value / coupon.gauge_length_mm for value in route.value]
-            pulled = UniaxialTension(config).pull(
-                parameters, strain, route.time_s, coupon.step_strain
-            )
-            width = np.where(np.isfinite(pulled.stress_MPa), pulled.across - 1, np.nan)
-            force_N = pulled.stress_MPa * coupon.area_mm2
-            solved.append((group, {FORCE.name: force_N, TRANSVERSE_STRAIN.name: width}))
-        return solved
+            at = {key: named(key).value(config) + by for key, by in moved.items()}
+            configs.append(changed(config, at).adapted())
+        for place, config in enumerate(configs):
+            first = (i for i in of_material if _of_one_material(configs[i], config))
+            of_material[next(first, place)].append(place)
+        readings: dict[int, Mapping[str, np.ndarray]] = {}
+        for first_place, alike in of_material.items():
+            protocols = []
+            for place in alike:
+                coupon, route = configs[place].coupon, self.groups[place].in_time
+                strain = [value / coupon.gauge_length_mm for value in route.value]
+                protocols.append(Stretching(strain, route.time_s, coupon.step_strain))
+            bars = UniaxialTension(configs[first_place]).follow(parameters, protocols)
+            for place, bar in zip(alike, bars, strict=True):
+                force_N = bar.stress_MPa * configs[place].coupon.area_mm2
+                readings[place] = {FORCE.name: force_N, TRANSVERSE_STRAIN.name: bar.across - 1}
+        return [(group, readings[place]) for place, group in enumerate(self.groups)]
 
     def _displayed(self, overrides: Change, solved: Solved) -> np.ndarray:
         """(places, n) what the instruments show."""
@@ -236,6 +254,15 @@ class CouponSimulation:
             }
             for group, columns in solved
         })  # fmt: skip
+
+
+def _reached(run: Tangents) -> Tangents | None:
+    return run if np.isfinite(run.told).all() else None
+
+
+def _of_one_material(one: Config, other: Config) -> bool:
+    """Tell whether configurations differ by their coupons' sizes and motions alone."""
+    return one.model_copy(update={"coupon": other.coupon}) == other
 
 
 def _row(values: np.ndarray, place: int) -> np.ndarray:

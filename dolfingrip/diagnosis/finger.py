@@ -156,6 +156,12 @@ class FingerSimulation:
         """Return the simulation of another measurement, on either mesh."""
         return replace(self, measurement=measurement, graded=known_mesh, start=None)
 
+    def additions(
+        self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
+    ) -> list[list[Tangents | None]]:
+        """Simulate other measurements, on either mesh."""
+        return [self.of(other, known_mesh=known_mesh).at(points) for other in measurements]
+
     # -- with causes ------------------------------------------------------------------------------
 
     def at(self, points: Sequence[Point]) -> list[Tangents | None]:

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import pandas as pd
 from scipy.special import ndtri
 
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
@@ -30,7 +29,7 @@ from dolfingrip.diagnosis.core.search import one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, joined
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse
 from dolfingrip.diagnosis.finger import FingerSimulation, coarser
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
@@ -269,14 +268,6 @@ def _with_rivals(planned: Analysis[Any], name: str) -> Analysis[Any]:
             break
         planned = replace(planned, problem=planned.problem.beside(runs))
     return planned
-
-
-def joined(first: Measurement, second: Measurement) -> Measurement:
-    """Both together, without tests of the second that nothing is read of."""
-    read = set(second.listed["test"])
-    later = second.of(read, len(first.tests))
-    both = pd.concat([first.readings, later.readings], ignore_index=True)
-    return Measurement(both, [*first.tests, *later.tests], first.warnings, first.policy)
 
 
 ALONE: Final = (

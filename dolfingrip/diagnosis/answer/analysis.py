@@ -192,23 +192,17 @@ class Analysis[S: Simulator]:
         """(n,) readings at a fit's numbers; those that no simulation is of left out."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
-    def simulated(
-        self, fits: Sequence[MapFit], addition: Proposal | None = None, *, free: bool = False
-    ) -> list[Tangents | None]:
+    def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
         """Simulate fits: readings, and derivatives by the coordinates of their numbers.
 
         Args:
             fits: the hypotheses.
-            addition: whose protocols are followed; the measurement's where None.
             free: whether the model's own numbers are those at which a simulation costs nothing.
 
         Returns:
             None for each that does not reach all readings.
         """
         points = [self.point(fit) for fit in fits]
-        if addition is not None:
-            other = self.simulation.of(addition.measurement, known_mesh=addition.known_mesh)
-            return other.at(points)
         if free:
             points = [self.simulation.free(point) or point for point in points]
         return self.simulation.at(points)
@@ -224,36 +218,47 @@ class Analysis[S: Simulator]:
         return Point(problem.factor, float(fit.zeta[0]), tuple(numbers), tuple(causes))
 
     def expected(
-        self, fits: Sequence[MapFit], addition: Proposal
-    ) -> list[tuple[np.ndarray, np.ndarray]] | None:
-        """Simulate an addition at fits: readings, (m,), and derivatives by ζ, (m, d), of each.
+        self, fits: Sequence[MapFit], additions: Sequence[Proposal]
+    ) -> list[list[tuple[np.ndarray, np.ndarray]] | None]:
+        """Simulate additions at fits: readings, (m,), and derivatives by ζ, (m, d), of each.
 
         Args:
             fits: the hypotheses, which are simulated side by side.
-            addition: what may be measured, by a rig that is as reported.
+            additions: what may be measured, by a rig that is as reported; all on one mesh.
 
         Returns:
-            None where one of them does not reach all readings.
+            Of each addition; None where a hypothesis does not reach all its readings.
         """
+        simulated = self.simulation.additions(
+            [self.point(fit) for fit in fits],
+            [addition.measurement for addition in additions], known_mesh=additions[0].known_mesh,
+        )  # fmt: skip
+        return [
+            None if None in runs
+            else [
+                self._expected(fit, run, addition)
+                for fit, run in zip(fits, runs, strict=True) if run is not None
+            ]
+            for addition, runs in zip(additions, simulated, strict=True)
+        ]  # fmt: skip
+
+    def _expected(
+        self, fit: MapFit, tangents: Tangents, addition: Proposal
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Readings of an addition at a fit, and derivatives by ζ."""
         problem, count = self.problem, self.problem.simulated_count
-        every = [run for run in self.simulated(fits, addition) if run is not None]
-        if len(every) < len(fits):
-            return None
         anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
         changes = {nuisance.name: nuisance.change for nuisance in anew}
-        expected = []
-        for fit, tangents in zip(fits, every, strict=True):
-            (columns,) = tangents.told
-            slopes = np.zeros((len(columns), len(fit.zeta)))
-            at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
-            for place, (number, zeta), slope in zip(
-                at, self._solid(fit), columns[:, 1:].T, strict=True
-            ):
-                slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
-            for place in range(count, problem.nuisance_count):
-                slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
-            expected.append((columns[:, 0], slopes))
-        return expected
+        (columns,) = tangents.told
+        slopes = np.zeros((len(columns), len(fit.zeta)))
+        at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
+        for place, (number, zeta), slope in zip(
+            at, self._solid(fit), columns[:, 1:].T, strict=True
+        ):
+            slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
+        for place in range(count, problem.nuisance_count):
+            slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
+        return columns[:, 0], slopes
 
     def _solid(self, fit: MapFit) -> list[tuple[Unknown, float]]:
         """Numbers that simulations are functions of, and ζ at a fit."""

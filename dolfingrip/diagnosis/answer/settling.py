@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import batched
 
 import numpy as np
 
@@ -66,12 +67,21 @@ def settled_by(
     now = chance_alone(comparison.probability, comparison.apart)
     helpful = [test for test in weighed if test is not None and (test.chance > now or test.tells)]
     failed: list[str] = []
-    for proposal in proposals(analysis.measurement, diagnosis.config) if simulating else ():
-        say(f"next experiment: {proposal.name}")
+    tests = proposals(analysis.measurement, diagnosis.config) if simulating else []
+    at_once = max(len(tests), 1) if analysis.closed_form else 1
+    for together in batched(tests, at_once, strict=False):
+        say(f"next experiment: {'; '.join(test.name for test in together)}")
         try:
-            helpful.append(_tested(analysis, comparison, proposal, fits))
+            expectations = analysis.expected(fits, together)
         except ConfigError as error:
-            failed.append(f"{proposal.name} could not be judged: {error}")
+            failed += [f"{test.name} could not be judged: {error}" for test in together]
+            continue
+        for test, expected in zip(together, expectations, strict=True):
+            if expected is None:
+                why = "a simulation of a likely cause does not reach all readings"
+                failed.append(f"{test.name} could not be judged: {why}")
+            else:
+                helpful.append(_tested(analysis, comparison, test, fits, expected))
     return sorted(helpful, key=lambda worth: worth.rank), failed
 
 
@@ -100,16 +110,13 @@ def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.nda
 
 
 def _tested(
-    analysis: Analysis, comparison: Comparison, proposal: Proposal, fits: Sequence[MapFit]
+    analysis: Analysis,
+    comparison: Comparison,
+    proposal: Proposal,
+    fits: Sequence[MapFit],
+    expected: Sequence[tuple[np.ndarray, np.ndarray]],
 ) -> NextExperiment:
-    """Weigh a test by simulations of all hypotheses; the rig's own errors are others then.
-
-    Raises:
-        ConfigError: one line, where a simulation does not reach all readings.
-    """
-    expected = analysis.expected(fits, proposal)
-    if expected is None:
-        raise ConfigError("a simulation of a likely cause does not reach all readings")
+    """Weigh a test by simulations of all hypotheses; the rig's own errors are others then."""
     after = [_rival(analysis, fit, *pair) for fit, pair in zip(fits, expected, strict=True)]
     shared, cross = analysis.covariances(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew

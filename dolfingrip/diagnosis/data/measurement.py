@@ -541,3 +541,18 @@ def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndar
         )
     limit = f"{highest:g} kPa (max_pressure_kPa of {test.file.name})"
     yield pressure_kPa <= highest, f"readings above {limit} are left out"
+
+
+def joined(*measurements: Measurement) -> Measurement:
+    """Put measurements one after the other, without tests that nothing is read of.
+
+    Args:
+        measurements: one or more; the warnings and numbers of the first hold.
+    """
+    numbered: list[Measurement] = []
+    for measurement in measurements:
+        first = sum(len(part.tests) for part in numbered)
+        numbered.append(measurement.of(set(measurement.listed["test"]), first))
+    rows = pd.concat([part.readings for part in numbered], ignore_index=True)
+    tests = [test for part in numbered for test in part.tests]
+    return Measurement(rows, tests, measurements[0].warnings, measurements[0].policy)

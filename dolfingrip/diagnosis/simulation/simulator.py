@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -128,12 +128,18 @@ class Simulator(Protocol):
     def free(self, point: Point) -> Point | None:
         """Return a point of the same causes that costs nothing; None where there is none."""
 
-    def of(self, measurement: Measurement, *, known_mesh: bool) -> Self:
-        """Return the simulator of another measurement of the same model.
+    def additions(
+        self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
+    ) -> list[list[Tangents | None]]:
+        """Simulate other measurements of the same model.
 
         Args:
-            measurement: what is simulated.
+            points: the numbers.
+            measurements: what is simulated.
             known_mesh: whether on the mesh of the fits; else on the one that costs least.
+
+        Returns:
+            Of each measurement what :meth:`at` returns.
         """
 
     def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
@@ -141,7 +147,7 @@ class Simulator(Protocol):
 
         Args:
             measurement: what is simulated.
-            known_mesh: see :meth:`of`.
+            known_mesh: see :meth:`additions`.
         """
 
 

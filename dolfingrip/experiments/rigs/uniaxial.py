@@ -27,19 +27,16 @@ from dolfingrip.forms.chain_rule import strain_variable
 from dolfingrip.forms.evaluate_many import SOLID, Evaluation
 
 ITERATIONS: Final = 60
-"""Largest number of iterations of the secant method."""
+"""Largest number of Newton's iterations."""
 
 TOLERANCE: Final = 1e-7
-"""Change of λ_t from one iteration to the next below which it is found: the next one is of 1e-9."""
-
-ACCEPTED: Final = 1e-6
-"""Largest last change of λ_t of a bar that counts as solved."""
+"""Newton's step of λ_t below which it is found; the step is still taken."""
 
 LARGEST_CHANGE: Final = 0.05
 """Largest change of λ_t in one iteration, and in one load step beyond the change of λ."""
 
 NUDGE: Final = 1e-6
-"""Change of λ_t that the first slope is taken by, at rest."""
+"""Change of λ_t by which derivatives are taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +50,29 @@ class Stretched:
 
     stress_MPa: np.ndarray
     across: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class Stretching:
+    """A protocol of a bar.
+
+    Attributes:
+        strain: nominal strain at each stop.
+        time_s: time of each stop.
+        longest: largest change of strain in one load step.
+    """
+
+    strain: Sequence[float]
+    time_s: Sequence[float]
+    longest: float
+
+    def load_steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """λ and the time at each load step's end, (load steps,), and which end at the stops."""
+        moves = np.abs(np.diff(self.strain, prepend=0.0))
+        ends = np.cumsum(np.maximum(np.ceil(moves / self.longest - 1e-9), 1)).astype(int)
+        number, at = np.arange(1, ends[-1] + 1), [0, *ends]
+        along = 1 + np.interp(number, at, [0.0, *self.strain])
+        return along, np.interp(number, at, [self.time_s[0], *self.time_s]), ends - 1
 
 
 class UniaxialTension:
@@ -70,6 +90,7 @@ class UniaxialTension:
             if on.shears_bars:
                 raise ValueError(f"{on.shears_bars}: a bar that is pulled shears; allowed: 0")
         self._along, self._across = ufl.Constant(SOLID), ufl.Constant(SOLID)
+        self._poisson = config.material.poisson
         base = BaseMaterial.on(SOLID, config.material)
         self._fixed = {
             made: evaluate_many.constant(made.value) for made in (*base.constants.values(),)
@@ -103,94 +124,137 @@ class UniaxialTension:
         Raises:
             KeyError: a key belongs to no effect that is on.
         """
-        symbols = {**self._fixed, **self._site.values(parameters)}
-        bars = max((len(values) for values in parameters.values()), default=1)
-        symbols |= {
-            made: evaluate_many.constant(start) for made, start in self._history.starts.items()
-        }
-        across: np.ndarray = np.ones(bars)
-        ahead, steepness = np.zeros(bars), None
-        stress, width = [], []
-        before, clock = 0.0, float(time_s[0])
-        for here, now in zip(strain, time_s, strict=True):
-            steps = max(int(np.ceil(abs(here - before) / longest - 1e-9)), 1)
-            for step in range(1, steps + 1):
-                part = step / steps
-                symbols[self._history.time_s] = evaluate_many.constant(clock + part * (now - clock))
-                symbols[self._history.step_s] = evaluate_many.constant((now - clock) / steps)
-                along = 1 + before + part * (here - before)
-                move = (here - before) / steps
-                last = across
-                # the sides go on as in the step before
-                across, slope, steepness = self._equilibrium(
-                    symbols, along, last + ahead * move, steepness
-                )
-                # beyond a limit point the next root is of another branch, which rounding chooses
-                stays = np.isfinite(slope) & (np.abs(across - last) <= abs(move) + LARGEST_CHANGE)
-                # a bar without equilibrium is lost, and holds the others up no more
-                slope, across = np.where(stays, slope, np.nan), np.where(stays, across, np.nan)
-                ahead = (across - last) / move if move else ahead
-                self._accept(symbols, along, across)
-            before, clock = float(here), float(now)
-            stress.append(np.broadcast_to(slope, (bars,)))
-            width.append(across)
-        return Stretched(np.column_stack(stress), np.column_stack(width))
+        (stretched,) = self.follow(parameters, [Stretching(strain, time_s, longest)])
+        return stretched
 
-    def _equilibrium(
-        self,
-        symbols: dict[Expr, np.ndarray],
-        along: float,
-        guess: np.ndarray,
-        slope: np.ndarray | None,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """λ_t without stress across, ∂ψ/∂λ there (MPa), and the slope of the stress across there.
+    def follow(
+        self, parameters: Mapping[str, np.ndarray], protocols: Sequence[Stretching]
+    ) -> list[Stretched]:
+        """Follow several protocols, each from rest, all at once.
 
         Args:
-            symbols: values of all symbols but the stretches.
-            along: λ.
-            guess: of λ_t, shape (bars,).
-            slope: of the stress across by λ_t in the step before; None at rest.
+            parameters: see :meth:`pull`.
+            protocols: one or more.
         """
-        across = guess
-        residual, _ = self._at(symbols, along, across)
-        if slope is None:
-            beside, _ = self._at(symbols, along, across + NUDGE)
-            slope = (beside - residual) / NUDGE
-        for _ in range(ITERATIONS):
-            with np.errstate(all="ignore"):
-                step = np.clip(-residual / slope, -LARGEST_CHANGE, LARGEST_CHANGE)
-            changed, axial = self._at(symbols, along, across + step)
-            with np.errstate(all="ignore"):
-                secant = (changed - residual) / step
-            usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > TOLERANCE)
-            slope = np.where(usable, secant, slope)
-            across, residual = across + step, changed
-            if not (np.abs(step) > TOLERANCE).any():
-                break
-        solved = np.abs(step) <= ACCEPTED
-        return across, np.where(solved, axial, np.nan), slope
+        bars = max((len(values) for values in parameters.values()), default=1)
+        given = {
+            made: np.tile(value, len(protocols)) if value.shape[-1] > 1 else value
+            for made, value in {**self._fixed, **self._site.values(parameters)}.items()
+        }
+        load_steps = [protocol.load_steps() for protocol in protocols]
+        count = max(len(along) for along, _, _ in load_steps)
+        # shorter protocols stay at their ends
+        along, clock = (
+            np.column_stack([np.pad(steps[i], (0, count - len(steps[i])), "edge")
+                             for steps in load_steps]).repeat(bars, axis=1)
+            for i in (0, 1)
+        )  # fmt: skip
+        start = np.repeat([protocol.time_s[0] for protocol in protocols], bars)
+        steps = _LoadSteps(along, clock, np.diff(clock, prepend=[start], axis=0))
+        with np.errstate(all="ignore"):  # bars without equilibrium
+            across, axial = self._equilibrium(given, steps)
+        lost = steps.lost(across, np.isfinite(axial))
+        stress, width = np.where(lost, np.nan, axial), np.where(lost, np.nan, across)
+        return [
+            Stretched(
+                stress[stops, place * bars : (place + 1) * bars].T,
+                width[stops, place * bars : (place + 1) * bars].T,
+            )
+            for place, (_, _, stops) in enumerate(load_steps)
+        ]
 
-    def _at(
-        self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
+    def _equilibrium(
+        self, given: Mapping[Expr, np.ndarray], steps: _LoadSteps
     ) -> tuple[np.ndarray, np.ndarray]:
-        """∂ψ/∂λ_t and ∂ψ/∂λ (MPa) of each bar."""
-        (energy,) = self._energy(self._stretched(symbols, along, across))
-        return energy[1], energy[2]
+        """λ_t without stress across, and ∂ψ/∂λ there (MPa), shape (load steps, bars) each.
 
-    def _accept(self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray) -> None:
-        """Give the internal variables their values at the step's end, all at once."""
-        ends = self._ends(self._stretched(symbols, along, across))
-        for (variable, _), value in zip(self._history.ends, ends, strict=True):
-            at_end = np.zeros_like(value)
-            at_end[..., 0, :] = value[..., 0, :]
-            symbols[variable] = at_end
+        All load steps are solved together by Newton's method. Internal variables follow from the
+        stretches of the iteration before (waveform relaxation: Lelarasmee, Ruehli &
+        Sangiovanni-Vincentelli, IEEE Trans. Comput.-Aided Des. 1, 1982). A load step is exact at
+        the latest when those before it are.
 
-    def _stretched(
-        self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
+        Args:
+            given: values of the parameters.
+            steps: λ and the times.
+        """
+        shape = steps.along.shape
+        # the sets: λ_t and λ_t beside it, by load step, by bar
+        symbols = {
+            made: np.tile(value, 2 * shape[0]) if value.shape[-1] > 1 else value
+            for made, value in given.items()
+        }
+        symbols[self._along] = evaluate_many.variable(np.tile(steps.along.ravel(), 2), 1)
+        times = (self._history.time_s, steps.time_s), (self._history.step_s, steps.step_s)
+        for made, value in times:
+            symbols[made] = evaluate_many.constant(np.tile(value.ravel(), 2), by_set=True)
+        # no thinner than the bar, so that the first root is that of the branch from rest
+        across = steps.along**-self._poisson
+        for _ in range(ITERATIONS):
+            symbols |= self._remembered(given, steps, across)
+            beside = np.concatenate([across.ravel(), across.ravel() + NUDGE])
+            symbols[self._across] = evaluate_many.variable(beside, 0)
+            (energy,) = self._energy(symbols)
+            (residual, moved), (axial, moved_axial) = energy[1:].reshape(2, 2, *shape)
+            slope = (moved - residual) / NUDGE
+            step = np.where(slope > 0, -residual / slope, -np.sign(residual))
+            step = np.clip(step, -LARGEST_CHANGE, LARGEST_CHANGE)
+            axial = axial + step * (moved_axial - axial) / NUDGE
+            across = across + step
+            settled = np.abs(step) <= TOLERANCE
+            # what is lost for good holds the others up no more
+            lost = steps.lost(np.where(settled, across, np.nan), ~np.isnan(across))
+            if (settled | lost).all():
+                break
+        return across, np.where(settled, axial, np.nan)
+
+    def _remembered(
+        self, given: Mapping[Expr, np.ndarray], steps: _LoadSteps, across: np.ndarray
     ) -> dict[Expr, np.ndarray]:
-        symbols[self._across] = evaluate_many.variable(across, 0)
-        symbols[self._along] = evaluate_many.variable(np.full(1, along), 1)
-        return symbols
+        """Internal variables at the start of each load step, twice, as the sets are ordered."""
+        if not self._history.ends:
+            return {}
+        symbols = {**given}
+        here = {
+            made: np.repeat(evaluate_many.constant(start), across.shape[1], axis=-1)
+            for made, start in self._history.starts.items()
+        }
+        starts: dict[Expr, list[np.ndarray]] = {made: [] for made in here}
+        rows = steps.along, steps.time_s, steps.step_s, across
+        for along, time_s, step_s, thin in zip(*rows, strict=True):
+            for made, value in here.items():
+                starts[made].append(value)
+            symbols |= here
+            symbols[self._along] = evaluate_many.variable(along, 1)
+            symbols[self._across] = evaluate_many.variable(thin, 0)
+            symbols[self._history.time_s] = evaluate_many.constant(time_s, by_set=True)
+            symbols[self._history.step_s] = evaluate_many.constant(step_s, by_set=True)
+            ends = self._ends(symbols)
+            here = {}
+            for (variable, _), value in zip(self._history.ends, ends, strict=True):
+                here[variable] = np.zeros_like(value)
+                here[variable][..., 0, :] = value[..., 0, :]
+        return {
+            made: np.concatenate([*values, *values], axis=-1) for made, values in starts.items()
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _LoadSteps:
+    """Stretch along each bar, time at its end, and duration, shape (load steps, bars) each."""
+
+    along: np.ndarray
+    time_s: np.ndarray
+    step_s: np.ndarray
+
+    def lost(self, across: np.ndarray, solved: np.ndarray) -> np.ndarray:
+        """Tell from which load step on a bar has no equilibrium.
+
+        Beyond a limit point the next root is of another branch, which rounding chooses. NaN in λ_t
+        is no jump.
+        """
+        move = np.abs(np.diff(self.along, prepend=1.0, axis=0))
+        jumps = np.abs(np.diff(across, prepend=1.0, axis=0)) > move + LARGEST_CHANGE
+        return np.asarray(np.logical_or.accumulate(jumps | ~solved, axis=0))
 
 
 class _InternalVariables:

@@ -17,13 +17,12 @@ from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, joined
 from dolfingrip.diagnosis.plan import (
     NOISES,
     Draw,
     Hidden,
     analyse_plan,
-    joined,
     namings,
     read_alike,
     share,
