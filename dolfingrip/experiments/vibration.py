@@ -59,11 +59,9 @@ def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
 
     def modes() -> Mapping[str, float]:
         s = complex_frequencies(newton, mass, len(FREQUENCIES), site.history, times_s)
-        swings = dict(
-            zip((channel.name for channel in FREQUENCIES), s.imag / (2 * np.pi), strict=True)
-        )
-        fading = dict(zip((channel.name for channel in DAMPINGS), -s.real / np.abs(s), strict=True))
-        return {name: float(x) for name, x in (swings | fading).items()}
+        channels = (*FREQUENCIES, *DAMPINGS)
+        values = (*(s.imag / (2 * np.pi)), *(-s.real / np.abs(s)))
+        return {one.name: float(value) for one, value in zip(channels, values, strict=True)}
 
     return modes
 

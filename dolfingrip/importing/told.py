@@ -119,7 +119,8 @@ class Told:
             option: of the command.
         """
         value = (*self.column, option.value) if option.name == "column" else option.value
-        return replace(self, **{option.name: value})
+        change: dict[str, Any] = {option.name: value}
+        return replace(self, **change)
 
 
 class Question(Exception):
