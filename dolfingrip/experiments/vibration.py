@@ -59,9 +59,9 @@ def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
 
     def modes() -> Mapping[str, float]:
         s = complex_frequencies(newton, mass, len(FREQUENCIES), site.history, times_s)
-        swings = dict(zip((channel.name for channel in FREQUENCIES), s.imag / (2 * np.pi), strict=True))
-        fading = dict(zip((channel.name for channel in DAMPINGS), -s.real / np.abs(s), strict=True))
-        return {name: float(x) for name, x in (swings | fading).items()}
+        values = np.concatenate([s.imag / (2 * np.pi), -s.real / np.abs(s)])
+        names = (channel.name for channel in (*FREQUENCIES, *DAMPINGS))
+        return dict(zip(names, values.tolist(), strict=True))
 
     return modes
 

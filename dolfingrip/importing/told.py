@@ -118,7 +118,9 @@ class Told:
         Args:
             option: of the command.
         """
-        value = (*self.column, option.value) if option.name == "column" else option.value
+        value: Any = option.value
+        if option.name == "column":
+            value = (*self.column, value)
         return replace(self, **{option.name: value})
 
 
