@@ -59,9 +59,9 @@ def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
 
     def modes() -> Mapping[str, float]:
         s = complex_frequencies(newton, mass, len(FREQUENCIES), site.history, times_s)
-        channels = (*FREQUENCIES, *DAMPINGS)
-        values = (*(s.imag / (2 * np.pi)), *(-s.real / np.abs(s)))
-        return {one.name: float(value) for one, value in zip(channels, values, strict=True)}
+        values = np.concatenate([s.imag / (2 * np.pi), -s.real / np.abs(s)])
+        names = (channel.name for channel in (*FREQUENCIES, *DAMPINGS))
+        return dict(zip(names, values.tolist(), strict=True))
 
     return modes
 

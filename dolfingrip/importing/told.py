@@ -118,9 +118,10 @@ class Told:
         Args:
             option: of the command.
         """
-        value = (*self.column, option.value) if option.name == "column" else option.value
-        change: dict[str, Any] = {option.name: value}
-        return replace(self, **change)
+        value: Any = option.value
+        if option.name == "column":
+            value = (*self.column, value)
+        return replace(self, **{option.name: value})
 
 
 class Question(Exception):
