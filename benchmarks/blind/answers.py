@@ -93,7 +93,8 @@ def _flat(case: FrozenCase, config: Config) -> dict[str, float]:
     return {key: float(each) for key, each in found.items() if not isinstance(each, Sequence)}
 
 
-def _spent_s() -> float:
+def spent_s() -> float:
+    """Return the processor time of this process and of its children that ended (s)."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(each.ru_utime + each.ru_stime for each in used)
 
@@ -117,8 +118,8 @@ def grow(protocol: str, out: Path, only: int | None, table: Path) -> None:
         for case in frozen.cases(protocol):
             if (case.kind, case.number) in done or (only is not None and case.number >= only):
                 continue
-            before_s = _spent_s()
-            row = answered(case, diagnose(case, out / protocol), _spent_s() - before_s)
+            before_s = spent_s()
+            row = answered(case, diagnose(case, out / protocol), spent_s() - before_s)
             written.writerow(row)
             stream.flush()
             print(

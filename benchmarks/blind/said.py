@@ -76,13 +76,16 @@ def grow[T: Hidden](
                     print(*(row[name] for name in SHOWN), sep=" | ", flush=True)
 
 
-def freeze[T: Hidden](bench: Bench[Case[T]], which: str, counts: Mapping[str, int]) -> None:
+def freeze[T: Hidden](
+    bench: Bench[Case[T]], which: str, counts: Mapping[str, int], folder: Path = frozen.FOLDER
+) -> None:
     """Write cases of a set as files, which are not there yet; a call resumes one that was killed.
 
     Args:
         bench: draws and measures.
         which: the set.
         counts: cases by kind.
+        folder: of the files.
     """
     known: set[str] | None = None
     for number in range(max(counts.values(), default=0)):
@@ -90,10 +93,10 @@ def freeze[T: Hidden](bench: Bench[Case[T]], which: str, counts: Mapping[str, in
             if known is not None and f"{kind}-{number}" in known:
                 continue
             case = bench.drawn(which, kind, number)
-            known = known or {each.name for each in frozen.cases(case.protocol)}
+            known = known or {each.name for each in frozen.cases(case.protocol, folder)}
             if f"{kind}-{number}" not in known:
                 hidden = bench.frozen(case)
-                frozen.add(hidden, bench.measured(case))
+                frozen.add(hidden, bench.measured(case), folder)
                 print(*hidden.row().values(), sep=" | ", flush=True)
 
 

@@ -134,6 +134,15 @@ class LabNumber:
         """
         return std if units.unit(self.key) else std * value
 
+    def told(self, std: float, value: float) -> float:
+        """Return a standard deviation as a laboratory tells it, the inverse of :meth:`spread`.
+
+        Args:
+            std: in the unit of the number that stands for it.
+            value: of the number, in its unit.
+        """
+        return std if units.unit(self.key) else std / value
+
 
 NEVER: Final = LabNumber("", 0.0, "")
 """Of an effect that no laboratory tells: it acts or not."""

@@ -237,7 +237,13 @@ class PlannedQuantity(Part):
     numbers: dict[str, float] = Field(
         description="coefficients of the numbers that it is the sum of; modulus: relative, of all"
     )
-    std: float = Field(description="standard deviation of the measurement, in the numbers' unit")
+    std: float = Field(description="standard deviation of the measurement, in its unit")
+    unit: str = Field("", description="of the reading; empty: relative, or a pure number")
+    nuisance: dict[str, float] = Field(
+        {},
+        description="entry of [nuisance] that tells a single number's standard deviation, in the "
+        "unit of its key; empty: a sum of several numbers",
+    )
 
 
 class NextExperiment(Part):

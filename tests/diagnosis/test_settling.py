@@ -170,6 +170,6 @@ def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
             shape_number(MASS, config.changed(finger={name: middle + way * step}), ())[0]
             for way in (1, -1)
         )
-        print(key, weigh.readings[0][by], (more - less) / (2 * step))
+        print(key, weigh.quantities[0].numbers[by], (more - less) / (2 * step))
         assert weigh.read({by: 1.0})[0] == pytest.approx((more - less) / (2 * step), rel=0.02)
     assert weigh.std[0] == pytest.approx(0.01 * shape_number(MASS, config, ())[0])

@@ -60,7 +60,7 @@ class Bench:
     """A protocol with its simulations.
 
     Args:
-        protocol: its name.
+        protocol: of the tests.
         scratch: folder of measurements and simulations.
         workers: processes.
         effects: that are hidden and tried; the whole catalogue where None.
@@ -68,12 +68,12 @@ class Bench:
 
     def __init__(
         self,
-        protocol: str,
+        protocol: finger.Protocol,
         scratch: Path,
         workers: int = 2,
         effects: Sequence[str] | None = None,
     ) -> None:
-        self.protocol = PROTOCOLS[protocol]
+        self.protocol = protocol
         self.coarse = replace(self.protocol, mesh=self.protocol.strength_mesh)
         self.scratch = scratch
         self.effects = effects
@@ -133,8 +133,25 @@ class Bench:
 
 
 def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
-    """A case of a set; drawn again until what is hidden is seen, and can be simulated."""
+    """A case of a set."""
     seed = (SEEDS[which], list(PROTOCOLS).index(bench.protocol.name), len(kind), number)
+    return drawn_from(bench, seed, kind, number)
+
+
+def drawn_from(
+    bench: Bench, seed: tuple[int, ...], kind: str, number: int, least: float = SEEN
+) -> Case[Truth]:
+    """A case, drawn again until what is hidden is seen, and can be simulated.
+
+    Args:
+        bench: simulates the hidden finger.
+        seed: of the draw.
+        kind, number: of the case.
+        least: standard deviations from which on something is seen.
+
+    Raises:
+        ValueError: where nothing is seen in :data:`TRIES` draws.
+    """
     rng = np.random.default_rng(seed)
     wide = is_wide(kind, number)
     for _ in range(TRIES):
@@ -148,15 +165,15 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
             sigma.append(bench.strength_of(name, own))
             truth = replace(truth, causes={**truth.causes, **cause.overrides(own)})
             zeta += own.tolist()
-            if sigma[-1] < SEEN:
+            if sigma[-1] < least:
                 break
-        if min(sigma, default=SEEN) < SEEN:
+        if min(sigma, default=least) < least:
             continue
         if kind in ("outsider", "with_outsider"):
             size = float(np.exp(rng.uniform(*np.log(STRENGTHS))))
             truth = replace(truth, outsider=(str(rng.choice(list(OUTSIDERS))), size))
             alone = bench.sigma(Truth(outsider=truth.outsider))
-            if alone < SEEN:
+            if alone < least:
                 continue
             # alone it counts by what the best cause of the catalogue leaves, known afterwards
             sigma = [*sigma, alone] if names else []
@@ -223,11 +240,13 @@ def frozen(bench: Bench, case: Case[Truth]) -> FrozenCase:
 
 def _left(case: Case[Truth]) -> float | None:
     """Standard deviations that the best single cause leaves of an outsider, by its diagnosis."""
+    if case.kind != "outsider":
+        return None
     scored = Path(__file__).with_name("scored") / f"confirmation-{case.protocol}.csv"
     own = [
         float(row["sigma"])
         for row in said.rows(scored)
-        if case.kind == row["kind"] == "outsider" and int(row["number"]) == case.number
+        if row["kind"] == "outsider" and int(row["number"]) == case.number
     ]
     return own[0] if own else None
 
@@ -245,6 +264,6 @@ def bench(
     protocol: str, scratch: Path, workers: int = 2, effects: Sequence[str] | None = None
 ) -> said.Bench[Case[Truth]]:
     """A protocol's cases; measurements and simulations are kept in ``scratch``."""
-    own = Bench(protocol, scratch, workers, effects)
+    own = Bench(PROTOCOLS[protocol], scratch, workers, effects)
     return said.Bench(partial(drawn, own), partial(diagnosed, own),
                       measured=partial(measured, own), frozen=partial(frozen, own))  # fmt: skip

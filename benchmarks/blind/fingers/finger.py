@@ -67,6 +67,7 @@ class Protocol:
         noise: by the ordinary one of each channel.
         once: whether a finger without memory is simulated up to the largest pressure once, and read
             there.
+        settings: of the set-up beside the plate's gap, as told, by key of the configuration.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Protocol:
     gap_std_mm: float = 0.3
     noise: float = 1.0
     once: bool = False
+    settings: Change = field(default_factory=dict)
 
     def analysed(self) -> Config:
         """The model that is diagnosed."""
@@ -107,7 +109,7 @@ class Truth:
     far: dict[str, float] = field(default_factory=dict)
 
 
-def _rows(control: str, ramps: list[tuple[float, int, float]], wait: float = 0.0) -> pd.DataFrame:
+def ramped(control: str, ramps: list[tuple[float, int, float]], wait: float = 0.0) -> pd.DataFrame:
     """Ramps from rest: to (control's unit), readings, rate (per second); a wait (s) at the end."""
     rows: list[dict[str, Any]] = [{"cycle": 1, "branch": "loading", "time_s": 0.0, control: 0.0}]
     for number, (end, count, rate) in enumerate(ramps):
@@ -145,15 +147,15 @@ MESH: Final = (
 """At 250 kPa these hexahedra turn the reference finger by 147.3°, a converged mesh by 147.9°. With
 contact twice as stiff their folds snap from 192 kPa on, and a simulation takes twice as long."""
 
-_UP_AND_DOWN: Final = _rows(PRESSURE, [(250.0, 10, 25.0), (0.0, 10, 25.0)])
-_LONG: Final = _rows(
+_UP_AND_DOWN: Final = ramped(PRESSURE, [(250.0, 10, 25.0), (0.0, 10, 25.0)])
+_LONG: Final = ramped(
     PRESSURE,
     [(250.0, 10, 25.0), (0.0, 10, 25.0), (250.0, 5, 25.0), (0.0, 5, 25.0),
      (250.0, 5, 2.5), (0.0, 5, 2.5), (250.0, 5, 25.0)],
     wait=60.0,
 )  # fmt: skip
-_SHORT: Final = _rows(PRESSURE, [(50.0, 10, 25.0), (0.0, 10, 25.0)])
-_PULLED: Final = _rows("displacement_mm", [(COUPON_mm, 10, 0.55), (0.0, 10, 0.55)])
+_SHORT: Final = ramped(PRESSURE, [(50.0, 10, 25.0), (0.0, 10, 25.0)])
+_PULLED: Final = ramped("displacement_mm", [(COUPON_mm, 10, 0.55), (0.0, 10, 0.55)])
 
 PROTOCOLS: Final[Mapping[str, Protocol]] = {
     each.name: each
@@ -180,6 +182,7 @@ def configured(protocol: Protocol, truth: Truth) -> Config:
     change = OUTSIDERS[truth.outsider[0]].overrides if truth.outsider[0] else None
     offset_kPa = protocol.offset_std_kPa * far.get("pressure_offset", 0.0)
     return changed(base, {
+        **protocol.settings,
         **scaled(base, truth.modulus),
         "finger.wall_mm": wall_mm,
         "plate.gap_mm": max(gap_mm, 0.0),
@@ -293,5 +296,8 @@ def told(protocol: Protocol) -> dict[str, Any]:
         # what the generator's coupons do not have
         known |= {"coupon_slack_mm": 0.0, "material_law": 0.0}
         found |= {"gauge_length_mm": 33.0, "area_mm2": 9.0}
-    plate = {"gap_mm": protocol.gap_mm}
-    return {**found, "plate": plate, "nuisance": known, "noise": noise}
+    sections: dict[str, dict[str, Any]] = {"plate": {"gap_mm": protocol.gap_mm}}
+    for key, value in protocol.settings.items():
+        section, _, name = key.partition(".")
+        sections.setdefault(section, {})[name] = value
+    return {**found, **sections, "nuisance": known, "noise": noise}

@@ -2,49 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.pretended_finger import Pretended
 
 from benchmarks.blind import ci
 from benchmarks.blind.case import FAR, SEEN
 from benchmarks.blind.fingers import cases, finger
 from benchmarks.blind.fingers.finger import PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
-from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.answer.noise import instrument_noise
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.experiments.request import Answer, Request
 
 SEED = 11
-
-
-@dataclass(frozen=True, slots=True)
-class Pretended(Workers):
-    """Invented: all readings are the load by the modulus, a force beyond an offset."""
-
-    def results(self, requests: Sequence[Request]) -> list[Answer]:
-        found = []
-        for each in requests:
-            config = each.config
-            control = finger.CONTROL.get(each.experiment.name, finger.PRESSURE)
-            load = np.array(getattr(config.protocol, control))
-            by = load / config.material.mu_MPa * config.extensions.pressure_gain.gain
-            values = {name: by * CHANNELS[name].noise for name in finger.RICH["blocked_force"]}
-            if config.extensions.force_offset:
-                values["force_N"] = values["force_N"] + config.extensions.force_offset.offset_N
-            found.append(Answer(values))
-        return found
 
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> cases.Bench:
     monkeypatch.setattr(cases, "Workers", Pretended)
-    return cases.Bench("short", tmp_path, 1, ci.EFFECTS)
+    return cases.Bench(PROTOCOLS["short"], tmp_path, 1, ci.EFFECTS)
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)

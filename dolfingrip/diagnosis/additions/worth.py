@@ -42,6 +42,7 @@ from dolfingrip.extensions.kinds import DimensionOffset
 from dolfingrip.files.diagnosis import NextExperiment, PlannedQuantity
 from dolfingrip.parameter import find
 from dolfingrip.sections.section import EVERYWHERE
+from dolfingrip.sections.units import unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +52,24 @@ class NumberCheck:
     Attributes:
         name: in words.
         minutes: that it takes, an engineering guess.
-        readings: coefficients of the numbers that each reading is the sum of, by key.
-        std: standard deviation of each reading, an engineering guess of usual tools.
+        quantities: that are read, with engineering guesses of usual tools' standard deviations.
     """
 
     name: str
     minutes: float
-    readings: tuple[Mapping[str, float], ...]
-    std: tuple[float, ...]
+    quantities: tuple[PlannedQuantity, ...]
     tests: ClassVar = ()
 
     @property
-    def quantities(self) -> tuple[PlannedQuantity, ...]:
-        """The quantities of the check, as a result file tells them."""
-        pairs = zip(self.readings, self.std, strict=True)
-        return tuple(PlannedQuantity(numbers=dict(row), std=std) for row, std in pairs)
+    def std(self) -> tuple[float, ...]:
+        """Standard deviation of each reading."""
+        return tuple(quantity.std for quantity in self.quantities)
 
     def read(self, values: Mapping[str, float]) -> np.ndarray:
         """Readings, or derivatives of them, from those of the numbers; shape (readings,)."""
         return np.array([
-            sum(by * values.get(key, 0.0) for key, by in row.items()) for row in self.readings
+            sum(by * values.get(key, 0.0) for key, by in quantity.numbers.items())
+            for quantity in self.quantities
         ])  # fmt: skip
 
 
@@ -80,8 +79,9 @@ def coupon_check(policy: Policy) -> NumberCheck:
     Args:
         policy: how long it takes.
     """
-    minutes, std = policy.set_up_min["coupon"], (0.1 / 2,)
-    return NumberCheck("a coupon in uniaxial tension", minutes, ({MODULUS: 1.0},), std)
+    std = 0.1 / 2
+    relative = PlannedQuantity(numbers={MODULUS: 1.0}, std=std, nuisance={MODULUS: std})
+    return NumberCheck("a coupon in uniaxial tension", policy.set_up_min["coupon"], (relative,))
 
 
 def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberCheck]:
@@ -91,7 +91,7 @@ def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberC
         config: of the body, as it was drawn.
         parts: of the rigs that it is measured on.
     """
-    read: dict[tuple[str, float], dict[str, float]] = defaultdict(dict)
+    read: dict[tuple[str, float], list[PlannedQuantity]] = defaultdict(list)
     shapes: dict[str, str] = {}
     for cls in (effect for effect in EFFECTS if effect.felt_on(parts)):
         fitted = cls.fitted(config) if cls.told.key else None
@@ -102,12 +102,14 @@ def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberC
                 continue
             shapes[dimension] = number if fitted else f"{number}offset_mm"
         for check in cls.checks:
-            stds = {number if fitted else number + key: std for key, std in check.std.items()}
-            read[check.name, check.minutes] |= stds
-    single = [
-        NumberCheck(name, minutes, tuple({key: 1.0} for key in stds), tuple(stds.values()))
-        for (name, minutes), stds in read.items()
-    ]
+            for key, std in check.std.items():
+                one = number if fitted else number + key
+                entry = {cls.told.key: cls.told.told(std, fitted.value)} if fitted else {one: std}
+                quantity = PlannedQuantity(
+                    numbers={one: 1.0}, std=std, unit=unit(one), nuisance=entry
+                )
+                read[check.name, check.minutes].append(quantity)
+    single = [NumberCheck(*called, tuple(quantities)) for called, quantities in read.items()]
     return [_weighed(config, shapes), *single] if shapes else single
 
 
@@ -120,8 +122,11 @@ def _weighed(config: Config, shapes: Mapping[str, str]) -> NumberCheck:
     """
     check = DimensionOffset.weighed
     mass_g, by = shape_number(MASS, config, find(config, tuple(shapes)))
-    reading = {shapes[key]: slope for key, slope in by.items()}
-    return NumberCheck(check.name, check.minutes, (reading,), (check.std[MASS] * mass_g,))
+    mass = PlannedQuantity(
+        numbers={shapes[key]: slope for key, slope in by.items()},
+        std=check.std[MASS] * mass_g, unit=unit(MASS),
+    )  # fmt: skip
+    return NumberCheck(check.name, check.minutes, (mass,))
 
 
 @dataclass(frozen=True, eq=False)

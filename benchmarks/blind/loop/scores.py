@@ -1,0 +1,96 @@
+"""Figures of the loop's table, by the rules of :mod:`benchmarks.blind.score`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from benchmarks.blind import frozen, score
+from benchmarks.blind.loop import cases
+from benchmarks.blind.said import rows
+from benchmarks.blind.score import Row
+
+LARGEST: Final = 3
+"""Members of a set that tells enough."""
+
+
+def named(row: Row) -> bool:
+    """Tell if a hidden cause is in a set of few, or was read by itself and acts."""
+    few = max(len(row[key].split()) for key in ("first", "second")) <= LARGEST
+    return (few and score.named(row)) or bool({*row["acting"].split()} & {*row["hidden"].split()})
+
+
+def answers(table: Path) -> Iterator[Row]:
+    """Read answers with what is hidden.
+
+    Args:
+        table: folder of the tables.
+    """
+    for protocol in cases.PROTOCOLS:
+        file = table / f"{protocol}.csv"
+        hidden = {(each.kind, each.number): each for each in frozen.cases(protocol, cases.FOLDER)}
+        for row in rows(file) if file.exists() else ():
+            case = hidden[row["kind"], int(row["number"])]
+            yield row | {"hidden": " ".join(case.hidden)}
+
+
+def _after(every: Sequence[Row], turn: int) -> list[Row]:
+    """The answer of each case after some advice, or after the last that there was."""
+    last: dict[tuple[str, str], Row] = {}
+    for row in every:
+        if int(row["round"]) <= turn:
+            last[row["protocol"], row["number"]] = row
+    return list(last.values())
+
+
+def table(every: Sequence[Row], rounds: int = 2) -> str:
+    """Write the figures in Markdown.
+
+    Args:
+        every: rows of all tables.
+        rounds: of advice.
+    """
+    turns = range(rounds + 1)
+    finished = {
+        (row["protocol"], row["number"]) for row in every
+        if int(row["round"]) == rounds or not row["advised"]
+    }  # fmt: skip
+    whole = [row for row in every if (row["protocol"], row["number"]) in finished]
+    lines = [
+        "| figure | target | " + " | ".join(f"after {turn}" for turn in turns) + " |",
+        "|---|---|" + "---|" * len(turns),
+    ]
+
+    def add(figure: str, target: str, shown: Callable[[list[Row]], str]) -> None:
+        cells = [shown(_after(whole, turn)) for turn in turns]
+        lines.append(f"| {figure} | {target} | " + " | ".join(cells) + " |")
+
+    def hits(which: Callable[[Row], bool]) -> Callable[[list[Row]], str]:
+        return lambda own: _share([which(row) for row in own])
+
+    def spent(name: str) -> Callable[[list[Row]], str]:
+        def mean(own: list[Row]) -> str:
+            values = [float(row[name] or 0) for row in own]
+            return f"{sum(values) / max(len(values), 1):.0f}"
+
+        return mean
+
+    add("named in a set of at most three", "≥ 0.80 after 2", hits(named))
+    add("wrong at 0.9 or more", "0", hits(score.wrong))
+    add(
+        "modulus and walls in their 90 % intervals",
+        "0.85 to 0.95",
+        lambda own: _share([each == "1" for row in own for each in row["covers"].split()]),
+    )
+    add("processor (s), mean of the last diagnosis", "", spent("processor_s"))
+    add("new simulations, mean of the last diagnosis", "", spent("simulations"))
+    total = sum(cases.COUNTS.values())
+    return "\n".join([*lines, "", f"Finished cases: {len(finished)} of {total}."])
+
+
+def _share(hits: Sequence[bool]) -> str:
+    if not hits:
+        return "–"
+    low, high = score.interval(sum(hits), len(hits))
+    return f"{sum(hits)} of {len(hits)} ({low:.2f}–{high:.2f})"

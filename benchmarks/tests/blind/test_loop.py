@@ -1,0 +1,217 @@
+"""The loop of diagnosis and experiment: what a result file advises is done by its fields alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.pretended_finger import Pretended
+
+from benchmarks.blind import ci, frozen
+from benchmarks.blind.fingers import cases as fingers
+from benchmarks.blind.fingers.finger import Truth
+from benchmarks.blind.frozen import FrozenCase
+from benchmarks.blind.loop import cases, rounds, scores
+from benchmarks.blind.loop.laboratory import Laboratory, NotPossible, truth_of
+from benchmarks.blind.said import rows
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.additions.worth import checks, coupon_check
+from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.diagnosis.simulation.nuisances import keys
+from dolfingrip.files import diagnosis as outcome
+from dolfingrip.files.diagnosis import NextExperiment
+
+SEED = (5, 7)
+OFF_N = 0.05
+FAR = {"wall_offset": 1.2, "plate_gap": 0.6, "pressure_gain": -1.0, "pressure_offset": 0.5}
+TRUTH = Truth({"extensions.force_offset.offset_N": OFF_N}, modulus=1.2, far=FAR)
+
+
+@pytest.fixture
+def laboratory(tmp_path: Path) -> Laboratory:
+    """With its first measurement."""
+    print("seed", SEED)
+    workers = Pretended(tmp_path / "hidden")
+    true = fingers.finger.measured(cases.SMALL, TRUTH, workers)
+    noisy = fingers.finger.scattered(cases.SMALL, true, np.random.default_rng(SEED))
+    file = fingers.finger.write(cases.SMALL, noisy, tmp_path / "first")
+    return Laboratory(cases.SMALL, TRUTH, workers, SEED, [(cases.SMALL, file)])
+
+
+def advised(addition: Any) -> NextExperiment:
+    """An addition as a result file has it: written and read again."""
+    made = NextExperiment(
+        name=addition.name, minutes=addition.minutes, gain=1.0, gain_per_minute=0.1, chance=0.5,
+        tests=addition.tests, quantities=addition.quantities,
+    )  # fmt: skip
+    return NextExperiment.model_validate_json(made.model_dump_json())
+
+
+def test_the_truth_comes_back_from_its_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(fingers, "Workers", Pretended)
+    bench = fingers.Bench(cases.SMALL, tmp_path, 1, ci.EFFECTS)
+    case = fingers.drawn_from(bench, SEED, cases.KIND, 0, cases.SEEN)
+    assert case.sigma[0] >= cases.SEEN
+    kept = FrozenCase.of({k: f"{v}" for k, v in fingers.frozen(bench, case).row().items()})
+    again = truth_of(kept, cases.SMALL)
+    assert again.modulus == pytest.approx(case.truth.modulus)
+    assert again.causes == pytest.approx(case.truth.causes)
+    assert again.far == pytest.approx(case.truth.far)
+
+
+def test_committed_cases_are_measured_data(tmp_path: Path) -> None:
+    for protocol, plan in cases.PROTOCOLS.items():
+        for case in frozen.cases(protocol, cases.FOLDER):
+            assert min(case.sigma) >= cases.SEEN * (1 - 1e-3)
+            file = frozen.written(case, tmp_path / case.name, cases.FOLDER)
+            assert not read([file], plan.analysed()).warnings
+
+
+def test_every_further_measurement_is_made_as_it_is_told(
+    laboratory: Laboratory, tmp_path: Path
+) -> None:
+    """Reference: the rows of the proposals, which the analyser would simulate."""
+    first = read(laboratory.write(tmp_path), laboratory.config)
+    every = proposals(first, laboratory.config)
+    kinds = {"cycles", "hold", "tip", "gap", "orientation", "coupon"}
+    assert kinds <= {each.kind for each in every}
+    for turn, proposal in enumerate(every):
+        before = len(laboratory.tests)
+        told = advised(proposal)
+        laboratory.do(told, turn)
+        assert len(laboratory.tests) == before + len(told.tests)
+        files = laboratory.write(tmp_path)[before:]
+        made = read(files, laboratory.config)
+        assert not made.warnings
+        for number, test in enumerate(told.tests):
+            again = made.rows(number)
+            assert tuple(again[test.control]) == pytest.approx(test.value)
+            assert tuple(again["time_s"]) == pytest.approx(np.array(test.time_s), rel=1e-5)
+            assert set(test.read) == {name for name in made.columns if again[name].notna().any()}
+            applied = made.tests[number].applied(laboratory.config)
+            for key, value in test.settings.items():
+                section, _, name = key.partition(".")
+                shown = getattr(getattr(applied, section), name)
+                assert np.asarray(shown) == pytest.approx(np.asarray(value))
+    whole = read(laboratory.write(tmp_path), laboratory.config)
+    assert keys(whole, laboratory.config)
+
+
+def test_every_check_reads_a_hidden_number_and_is_told(
+    laboratory: Laboratory, tmp_path: Path
+) -> None:
+    """A hidden offset of the force acts; the rig's numbers are told with their precision."""
+    config = cases.SMALL.analysed()
+    summed = 0
+    for turn, check in enumerate([*checks(config), coupon_check(Policy())]):
+        told = advised(check)
+        if any(len(quantity.numbers) > 1 for quantity in told.quantities):
+            summed += 1
+            with pytest.raises(NotPossible, match="a sum of several numbers"):
+                laboratory.do(told, turn)
+            continue
+        assert all(quantity.nuisance for quantity in told.quantities)
+        laboratory.do(told, turn)
+    assert summed == 1  # the mass
+    assert laboratory.acting == ["force_offset"]
+    assert "angle_gain" in laboratory.absent
+    made = read(laboratory.write(tmp_path), laboratory.config)
+    assert not made.warnings
+    assert keys(made, laboratory.config)
+    (first, *_), now = made.tests, laboratory.config
+    std = first.setup.nuisances
+    true = fingers.finger.configured(cases.SMALL, TRUTH)
+    assert std["wall"] == pytest.approx(0.05 / cases.SMALL.analysed().finger.wall_mm)
+    assert std["modulus"] == pytest.approx(0.05)
+    # of eight numbers that were read, at most four standard deviations off
+    assert now.finger.wall_mm == pytest.approx(true.finger.wall_mm, abs=4 * 0.05)
+    assert now.material.mu_MPa == pytest.approx(true.material.mu_MPa, rel=4 * 0.05)
+    assert first.applied(now).plate.gap_mm == pytest.approx(true.plate.gap_mm, abs=4 * 0.05)
+    for name, key, key_of_std in (
+        ("pressure_gain", "gain", "pressure_gain"),
+        ("pressure_offset", "offset_kPa", "pressure_offset_kPa"),
+        ("force_offset", "offset_N", "extensions.force_offset.offset_N"),
+    ):
+        value, hidden = (getattr(getattr(c.extensions, name), key) for c in (now, true))
+        assert abs(value - hidden) < 4 * std[key_of_std]
+        assert value != hidden
+
+
+def result(name: str, answer: str, effects: tuple[str, ...], chance: float) -> Any:
+    number = outcome.FittedNumber(key="material.mu_MPa", value=3.5, low=3.0, high=4.0, unit="MPa")
+    verdict = {"answer": answer, "class": effects, "probability": chance, "takes_part": chance}
+    (check,) = (each for each in checks(cases.SMALL.analysed()) if each.name == name)
+    return outcome.DiagnosisFile(
+        version="0", data=(), quick=False, readings=1, causes=(), none=0.0, unknown=0.0,
+        verdict=outcome.Verdict.model_validate(verdict), next_experiments=(advised(check),),
+        headline=outcome.Headline(number=number, option=""), simulated_s=0.0,
+        fits=(outcome.FittedHypothesis(effects=(), log_evidence=0.0, parameters=(number,)),),
+    )  # fmt: skip
+
+
+CASE = FrozenCase(
+    "small", cases.KIND, 0, False, ("force_offset",), sigma=(9.0,),
+    numbers={"modulus": 1.2, "finger.wall_mm": 1.7},
+)  # fmt: skip
+
+
+def test_a_loop_that_is_killed_goes_on(
+    laboratory: Laboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first answer is wrong and sure; a weight at the load cell tells the cause."""
+    monkeypatch.setattr(frozen, "cases", lambda protocol, folder: [CASE])
+    (weight,) = (
+        check.name for check in checks(cases.SMALL.analysed()) if check.read(
+            {"extensions.force_offset.offset_N": 1.0}).any()
+    )  # fmt: skip
+    stands: list[tuple[int, tuple[str, ...]]] = []
+
+    def diagnosing(here: Laboratory, folder: Path) -> outcome.DiagnosisFile:
+        stands.append((len(here.tests), tuple(here.acting)))
+        if len(stands) == 2:
+            raise KeyboardInterrupt
+        found = result(weight, *(("none", (), 0.6) if here.acting else
+                                 ("cause", ("yeoh",), 0.95)))  # fmt: skip
+        folder.mkdir(parents=True, exist_ok=True)
+        found.write(folder)
+        return found
+
+    def run(here: Laboratory) -> None:
+        rounds.run(CASE, here, diagnosing, tmp_path / "case", 2, tmp_path / "small.csv")
+
+    with pytest.raises(KeyboardInterrupt):
+        run(laboratory)
+    again = Laboratory(cases.SMALL, TRUTH, laboratory.workers, SEED, laboratory.tests[:1])
+    run(again)
+    run(again)  # nothing is left to do
+    assert stands == [(1, ()), (1, ("force_offset",)), (1, ("force_offset",))]
+    table = rows(tmp_path / "small.csv")
+    assert [(row["round"], row["answer"], row["acting"]) for row in table] == [
+        ("0", "cause", ""), ("1", "none", "force_offset"),
+    ]  # fmt: skip
+    assert table[0]["advised"] == weight
+    assert table[1]["undone"] == f"{weight}: it was done before"
+    assert [row["covers"] for row in table] == ["1", "1"]  # 3.52 MPa is within 3.0 to 4.0
+    figures = scores.table(list(scores.answers(tmp_path))).splitlines()
+    named, wrong, held, *_ = (line.split(" | ")[2:] for line in figures[2:])
+    assert [cell.partition(" (")[0] for cell in named] == ["0 of 1", "1 of 1", "1 of 1"]
+    assert [cell.partition(" (")[0] for cell in wrong] == ["1 of 1", "0 of 1", "0 of 1"]
+    assert held[0].startswith("1 of 1")
+    assert figures[-1] == "Finished cases: 1 of 40."
+
+
+def test_a_refused_setup_ends_a_case(laboratory: Laboratory, tmp_path: Path) -> None:
+    def diagnosing(here: Laboratory, folder: Path) -> outcome.DiagnosisFile:
+        raise ConfigError("nuisance.wall = -1: allowed: at least 0")
+
+    rounds.run(CASE, laboratory, diagnosing, tmp_path / "case", 2, tmp_path / "small.csv")
+    (row,) = rows(tmp_path / "small.csv")
+    assert (row["answer"], row["undone"]) == (
+        rounds.REFUSED, "nuisance.wall = -1: allowed: at least 0",
+    )  # fmt: skip
