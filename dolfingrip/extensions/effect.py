@@ -134,7 +134,7 @@ class LabNumber:
         """
         return std if units.unit(self.key) else std * value
 
-    def told(self, std: float, value: float) -> float:
+    def as_told(self, std: float, value: float) -> float:
         """Return a standard deviation as a laboratory tells it, the inverse of :meth:`spread`.
 
         Args:

@@ -21,13 +21,13 @@ class Pretended(Workers):
     """Invented: all readings are the load by the modulus, a force beyond an offset."""
 
     def results(self, requests: Sequence[Request]) -> list[Answer]:
-        found = []
-        for each in requests:
-            config = each.config
-            load = np.array(getattr(config.protocol, CONTROL[each.experiment.name]))
+        answers = []
+        for request in requests:
+            config = request.config
+            load = np.array(getattr(config.protocol, CONTROL[request.experiment.name]))
             by = load / config.material.mu_MPa * config.extensions.pressure_gain.gain
             values = {channel.name: by * channel.noise for channel in READ}
             if config.extensions.force_offset:
                 values[FORCE.name] = values[FORCE.name] + config.extensions.force_offset.offset_N
-            found.append(Answer(values))
-        return found
+            answers.append(Answer(values))
+        return answers

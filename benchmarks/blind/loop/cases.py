@@ -30,7 +30,7 @@ SMALL: Final = Protocol(
 of second order where the analyser has hexahedra of 7 mm."""
 
 PROTOCOLS: Final[Mapping[str, Protocol]] = {
-    each.name: each for each in (SMALL, finger.PROTOCOLS["reference"])
+    plan.name: plan for plan in (SMALL, finger.PROTOCOLS["reference"])
 }
 COUNTS: Final[Mapping[str, int]] = {"small": 32, "reference": 8}
 
@@ -43,10 +43,11 @@ def bench(protocol: str, scratch: Path, workers: int = 1) -> said.Bench[Case[Tru
         scratch: folder of measurements and simulations.
         workers: processes.
     """
-    own = fingers.Bench(PROTOCOLS[protocol], scratch, workers)
+    simulating = fingers.Bench(PROTOCOLS[protocol], scratch, workers)
     return said.Bench(
-        partial(_drawn, own), partial(fingers.diagnosed, own),
-        measured=partial(fingers.measured, own), frozen=partial(fingers.frozen, own),
+        partial(_drawn, simulating), partial(fingers.diagnosed, simulating),
+        measured=partial(fingers.measured, simulating),
+        frozen=partial(fingers.frozen, simulating),
     )  # fmt: skip
 
 

@@ -61,7 +61,7 @@ class Laboratory:
         workers: where the hidden finger is simulated.
         seed: of all noise.
         tests: readings of each measurement, with the protocol that it was made by.
-        told: numbers that were read by themselves, by key of the configuration.
+        numbers: that were read by themselves, by key of the configuration.
         nuisance: standard deviations of these, as entries of ``[nuisance]``.
         absent: effects that were read by themselves and do nothing.
         acting: effects that were read by themselves and act.
@@ -72,7 +72,7 @@ class Laboratory:
     workers: Workers
     seed: tuple[int, ...]
     tests: list[tuple[Protocol, pd.DataFrame | Path]] = field(default_factory=list)
-    told: dict[str, Any] = field(default_factory=dict)
+    numbers: dict[str, Any] = field(default_factory=dict)
     nuisance: dict[str, float] = field(default_factory=dict)
     absent: list[str] = field(default_factory=list)
     acting: list[str] = field(default_factory=list)
@@ -80,7 +80,7 @@ class Laboratory:
     @property
     def config(self) -> Config:
         """The model that is diagnosed, with the numbers that were read by themselves."""
-        return changed(self.protocol.analysed(), self.told)
+        return changed(self.protocol.analysed(), self.numbers)
 
     @property
     def effects(self) -> tuple[str, ...] | None:
@@ -136,7 +136,7 @@ class Laboratory:
         for _, _, quantity in numbers:
             stds |= quantity.nuisance
         if owner == MODULUS:
-            self.told |= scaled(self.protocol.analysed(), numbers[0][1])
+            self.numbers |= scaled(self.protocol.analysed(), numbers[0][1])
         elif owner == GAP:  # the same tool is at hand each time that the plate is set
             self.tests = [(self._gauged(test, numbers[0][2].std, place), readings)
                           for place, (test, readings) in enumerate(self.tests)]  # fmt: skip
@@ -146,9 +146,9 @@ class Laboratory:
                 self.absent.append(owner)
                 return
             self.acting.append(owner)
-            self.told |= {key: value for key, value, _ in numbers}
+            self.numbers |= {key: value for key, value, _ in numbers}
         else:
-            self.told |= {key: value for key, value, _ in numbers}
+            self.numbers |= {key: value for key, value, _ in numbers}
         self.nuisance |= stds
 
     def _gauged(self, test: Protocol, std: float, place: int) -> Protocol:
@@ -170,14 +170,14 @@ class Laboratory:
     ) -> tuple[Protocol, pd.DataFrame]:
         """Readings of a test that is told in a result file."""
         settings = dict(test.settings)
+        gap_mm = settings.pop(GAP, self.protocol.gap_mm)
         rows = pd.DataFrame({
             "cycle": test.cycle, "branch": test.branch, "time_s": test.time_s,
             test.control: test.value,
         })  # fmt: skip
         protocol = replace(
             self.protocol, name=name, tests={test.experiment: rows},
-            columns={test.experiment: test.read}, settings=settings,
-            gap_mm=settings.pop(GAP, self.protocol.gap_mm),
+            columns={test.experiment: test.read}, settings=settings, gap_mm=gap_mm,
         )  # fmt: skip
         truth = replace(self.truth, far=self.truth.far | self._far(len(self.tests)))
         true = finger.measured(protocol, truth, self.workers)
@@ -201,9 +201,9 @@ class Laboratory:
                 file.write_text(readings.read_text(encoding="utf-8"), encoding="utf-8")
             else:
                 file = finger.write(protocol, [readings], folder)
-            told = finger.told(protocol)
-            told["nuisance"] = {**told["nuisance"], **self.nuisance}
-            file.with_suffix(".toml").write_text(tomlkit.dumps(told), encoding="utf-8")
+            setup = finger.told(protocol)
+            setup["nuisance"] = {**setup["nuisance"], **self.nuisance}
+            file.with_suffix(".toml").write_text(tomlkit.dumps(setup), encoding="utf-8")
             files.append(file)
         return files
 

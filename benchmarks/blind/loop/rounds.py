@@ -49,8 +49,8 @@ def diagnosed(store: Path, workers: int) -> Diagnose:
         files = laboratory.write(folder / "measured")
         with progress.jobs(console(), "simulations") as show:
             settings = DiagnosisSettings(workers, store, effects=laboratory.effects, progress=show)
-            found = diagnose(files, laboratory.config, folder, settings)
-        return write(found, files, folder).result
+            diagnosis = diagnose(files, laboratory.config, folder, settings)
+        return write(diagnosis, files, folder).result
 
     return call
 
@@ -157,19 +157,19 @@ def answered(case: FrozenCase, result: DiagnosisFile) -> dict[str, Any]:
         result: content of ``diagnosis.json``.
     """
     verdict = result.verdict
-    told = cases.PROTOCOLS[case.protocol].analysed().material.mu_MPa
-    true = {MU: float(case.numbers["modulus"]) * told, WALLS: float(case.numbers[WALLS])}
+    mu_MPa = cases.PROTOCOLS[case.protocol].analysed().material.mu_MPa
+    true = {MU: float(case.numbers["modulus"]) * mu_MPa, WALLS: float(case.numbers[WALLS])}
     fitted = {number.key: number for number in (result.fits[0].parameters if result.fits else ())}
-    known = {key: value for key, value in true.items() if key in fitted}
+    there = {key: value for key, value in true.items() if key in fitted}
     return {
         "answer": verdict.answer, "first": " ".join(verdict.effects),
         "second": " ".join(verdict.second), "probability": f"{verdict.probability:.4f}",
         "unexplained": f"{verdict.unexplained:.3g}",
         "covers": " ".join(
-            str(int(fitted[key].low <= value <= fitted[key].high)) for key, value in known.items()
+            str(int(fitted[key].low <= value <= fitted[key].high)) for key, value in there.items()
         ),
         "numbers": "; ".join(
-            f"{number_words(fitted[key])}, truly {value:.3g}" for key, value in known.items()
+            f"{number_words(fitted[key])}, truly {value:.3g}" for key, value in there.items()
         ),
         "open": " ".join(cause.name for cause in result.causes if cause.open),
     }  # fmt: skip

@@ -29,7 +29,7 @@ def answers(table: Path) -> Iterator[Row]:
     """
     for protocol in cases.PROTOCOLS:
         file = table / f"{protocol}.csv"
-        hidden = {(each.kind, each.number): each for each in frozen.cases(protocol, cases.FOLDER)}
+        hidden = {(case.kind, case.number): case for case in frozen.cases(protocol, cases.FOLDER)}
         for row in rows(file) if file.exists() else ():
             case = hidden[row["kind"], int(row["number"])]
             yield row | {"hidden": " ".join(case.hidden)}
@@ -56,22 +56,22 @@ def table(every: Sequence[Row], rounds: int = 2) -> str:
         (row["protocol"], row["number"]) for row in every
         if int(row["round"]) == rounds or not row["advised"]
     }  # fmt: skip
-    whole = [row for row in every if (row["protocol"], row["number"]) in finished]
+    done = [row for row in every if (row["protocol"], row["number"]) in finished]
     lines = [
         "| figure | target | " + " | ".join(f"after {turn}" for turn in turns) + " |",
         "|---|---|" + "---|" * len(turns),
     ]
 
     def add(figure: str, target: str, shown: Callable[[list[Row]], str]) -> None:
-        cells = [shown(_after(whole, turn)) for turn in turns]
+        cells = [shown(_after(done, turn)) for turn in turns]
         lines.append(f"| {figure} | {target} | " + " | ".join(cells) + " |")
 
     def hits(which: Callable[[Row], bool]) -> Callable[[list[Row]], str]:
-        return lambda own: _share([which(row) for row in own])
+        return lambda answered: _share([which(row) for row in answered])
 
     def spent(name: str) -> Callable[[list[Row]], str]:
-        def mean(own: list[Row]) -> str:
-            values = [float(row[name] or 0) for row in own]
+        def mean(answered: list[Row]) -> str:
+            values = [float(row[name] or 0) for row in answered]
             return f"{sum(values) / max(len(values), 1):.0f}"
 
         return mean
@@ -81,7 +81,9 @@ def table(every: Sequence[Row], rounds: int = 2) -> str:
     add(
         "modulus and walls in their 90 % intervals",
         "0.85 to 0.95",
-        lambda own: _share([each == "1" for row in own for each in row["covers"].split()]),
+        lambda answered: _share(
+            [held == "1" for row in answered for held in row["covers"].split()]
+        ),
     )
     add("processor (s), mean of the last diagnosis", "", spent("processor_s"))
     add("new simulations, mean of the last diagnosis", "", spent("simulations"))

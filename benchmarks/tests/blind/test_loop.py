@@ -80,16 +80,16 @@ def test_every_further_measurement_is_made_as_it_is_told(
     first = read(laboratory.write(tmp_path), laboratory.config)
     every = proposals(first, laboratory.config)
     kinds = {"cycles", "hold", "tip", "gap", "orientation", "coupon"}
-    assert kinds <= {each.kind for each in every}
+    assert kinds <= {proposal.kind for proposal in every}
     for turn, proposal in enumerate(every):
         before = len(laboratory.tests)
-        told = advised(proposal)
-        laboratory.do(told, turn)
-        assert len(laboratory.tests) == before + len(told.tests)
+        plan = advised(proposal)
+        laboratory.do(plan, turn)
+        assert len(laboratory.tests) == before + len(plan.tests)
         files = laboratory.write(tmp_path)[before:]
         made = read(files, laboratory.config)
         assert not made.warnings
-        for number, test in enumerate(told.tests):
+        for number, test in enumerate(plan.tests):
             again = made.rows(number)
             assert tuple(again[test.control]) == pytest.approx(test.value)
             assert tuple(again["time_s"]) == pytest.approx(np.array(test.time_s), rel=1e-5)
@@ -99,8 +99,8 @@ def test_every_further_measurement_is_made_as_it_is_told(
                 section, _, name = key.partition(".")
                 shown = getattr(getattr(applied, section), name)
                 assert np.asarray(shown) == pytest.approx(np.asarray(value))
-    whole = read(laboratory.write(tmp_path), laboratory.config)
-    assert keys(whole, laboratory.config)
+    together = read(laboratory.write(tmp_path), laboratory.config)
+    assert keys(together, laboratory.config)
 
 
 def test_every_check_reads_a_hidden_number_and_is_told(
@@ -110,14 +110,14 @@ def test_every_check_reads_a_hidden_number_and_is_told(
     config = cases.SMALL.analysed()
     summed = 0
     for turn, check in enumerate([*checks(config), coupon_check(Policy())]):
-        told = advised(check)
-        if any(len(quantity.numbers) > 1 for quantity in told.quantities):
+        plan = advised(check)
+        if any(len(quantity.numbers) > 1 for quantity in plan.quantities):
             summed += 1
             with pytest.raises(NotPossible, match="a sum of several numbers"):
-                laboratory.do(told, turn)
+                laboratory.do(plan, turn)
             continue
-        assert all(quantity.nuisance for quantity in told.quantities)
-        laboratory.do(told, turn)
+        assert all(quantity.nuisance for quantity in plan.quantities)
+        laboratory.do(plan, turn)
     assert summed == 1  # the mass
     assert laboratory.acting == ["force_offset"]
     assert "angle_gain" in laboratory.absent
@@ -146,7 +146,7 @@ def test_every_check_reads_a_hidden_number_and_is_told(
 def result(name: str, answer: str, effects: tuple[str, ...], chance: float) -> Any:
     number = outcome.FittedNumber(key="material.mu_MPa", value=3.5, low=3.0, high=4.0, unit="MPa")
     verdict = {"answer": answer, "class": effects, "probability": chance, "takes_part": chance}
-    (check,) = (each for each in checks(cases.SMALL.analysed()) if each.name == name)
+    (check,) = (one for one in checks(cases.SMALL.analysed()) if one.name == name)
     return outcome.DiagnosisFile(
         version="0", data=(), quick=False, readings=1, causes=(), none=0.0, unknown=0.0,
         verdict=outcome.Verdict.model_validate(verdict), next_experiments=(advised(check),),
@@ -176,11 +176,11 @@ def test_a_loop_that_is_killed_goes_on(
         stands.append((len(here.tests), tuple(here.acting)))
         if len(stands) == 2:
             raise KeyboardInterrupt
-        found = result(weight, *(("none", (), 0.6) if here.acting else
+        answer = result(weight, *(("none", (), 0.6) if here.acting else
                                  ("cause", ("yeoh",), 0.95)))  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
-        found.write(folder)
-        return found
+        answer.write(folder)
+        return answer
 
     def run(here: Laboratory) -> None:
         rounds.run(CASE, here, diagnosing, tmp_path / "case", 2, tmp_path / "small.csv")

@@ -104,11 +104,14 @@ def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberC
         for check in cls.checks:
             for key, std in check.std.items():
                 one = number if fitted else number + key
-                entry = {cls.told.key: cls.told.told(std, fitted.value)} if fitted else {one: std}
-                quantity = PlannedQuantity(
-                    numbers={one: 1.0}, std=std, unit=unit(one), nuisance=entry
+                entry = (
+                    (cls.told.key, cls.told.as_told(std, fitted.value)) if fitted else (one, std)
                 )
-                read[check.name, check.minutes].append(quantity)
+                read[check.name, check.minutes].append(
+                    PlannedQuantity(
+                        numbers={one: 1.0}, std=std, unit=unit(one), nuisance=dict([entry])
+                    )
+                )
     single = [NumberCheck(*called, tuple(quantities)) for called, quantities in read.items()]
     return [_weighed(config, shapes), *single] if shapes else single
 
