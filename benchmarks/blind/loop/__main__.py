@@ -31,7 +31,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/loop"), help="of simulations")
     given = parser.parse_args()
     if given.stage == "score":
-        print(scores.table(list(scores.answers(given.table)), given.rounds))
+        rows = list(scores.answers(given.table))
+        for protocols in (cases.FINGERS, cases.COUPONS):
+            print(scores.table(rows, protocols, given.rounds), end="\n\n")
         return
     for protocol in given.protocols or list(cases.PROTOCOLS):
         if given.stage == "freeze":

@@ -29,10 +29,18 @@ SMALL: Final = Protocol(
 """Five bellows, free and blocked, up and down to 80 kPa, with half the ordinary noise: tetrahedra
 of second order where the analyser has hexahedra of 7 mm."""
 
+PULL: Final = Protocol(
+    "pull", (), (), (), {"coupon": ramped("displacement_mm", [(finger.COUPON_mm, 12, 2.5)])},
+    {"coupon": ("force_N",)},
+)  # fmt: skip
+"""A coupon that is pulled once: in closed form, so that its loop takes a minute."""
+
 PROTOCOLS: Final[Mapping[str, Protocol]] = {
-    plan.name: plan for plan in (SMALL, finger.PROTOCOLS["reference"])
+    plan.name: plan for plan in (SMALL, finger.PROTOCOLS["reference"], PULL)
 }
-COUNTS: Final[Mapping[str, int]] = {"small": 32, "reference": 8}
+FINGERS: Final = ("small", "reference")
+COUPONS: Final = ("pull",)
+COUNTS: Final[Mapping[str, int]] = {"small": 32, "reference": 8, "pull": 12}
 
 
 def bench(protocol: str, scratch: Path, workers: int = 1) -> said.Bench[Case[Truth]]:

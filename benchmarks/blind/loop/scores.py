@@ -36,34 +36,30 @@ def answers(table: Path) -> Iterator[Row]:
 
 
 def _after(every: Sequence[Row], turn: int) -> list[Row]:
-    """The answer of each case after some advice, or after the last that there was."""
-    last: dict[tuple[str, str], Row] = {}
-    for row in every:
-        if int(row["round"]) <= turn:
-            last[row["protocol"], row["number"]] = row
-    return list(last.values())
+    """The answers of cases that came so far: after some advice, or after the last of it."""
+    return [
+        row for row in every
+        if int(row["round"]) == turn or (int(row["round"]) < turn and not row["advised"])
+    ]  # fmt: skip
 
 
-def table(every: Sequence[Row], rounds: int = 2) -> str:
-    """Write the figures in Markdown.
+def table(every: Sequence[Row], protocols: Sequence[str], rounds: int = 2) -> str:
+    """Write the figures of some protocols in Markdown.
 
     Args:
         every: rows of all tables.
+        protocols: their names.
         rounds: of advice.
     """
     turns = range(rounds + 1)
-    finished = {
-        (row["protocol"], row["number"]) for row in every
-        if int(row["round"]) == rounds or not row["advised"]
-    }  # fmt: skip
-    done = [row for row in every if (row["protocol"], row["number"]) in finished]
+    mine = [row for row in every if row["protocol"] in protocols]
     lines = [
         "| figure | target | " + " | ".join(f"after {turn}" for turn in turns) + " |",
         "|---|---|" + "---|" * len(turns),
     ]
 
     def add(figure: str, target: str, shown: Callable[[list[Row]], str]) -> None:
-        cells = [shown(_after(done, turn)) for turn in turns]
+        cells = [shown(_after(mine, turn)) for turn in turns]
         lines.append(f"| {figure} | {target} | " + " | ".join(cells) + " |")
 
     def hits(which: Callable[[Row], bool]) -> Callable[[list[Row]], str]:
@@ -87,8 +83,9 @@ def table(every: Sequence[Row], rounds: int = 2) -> str:
     )
     add("processor (s), mean of the last diagnosis", "", spent("processor_s"))
     add("new simulations, mean of the last diagnosis", "", spent("simulations"))
-    total = sum(cases.COUNTS.values())
-    return "\n".join([*lines, "", f"Finished cases: {len(finished)} of {total}."])
+    total = sum(cases.COUNTS[name] for name in protocols)
+    finished = f"{', '.join(protocols)}: {len(_after(mine, rounds))} of {total} cases are finished."
+    return "\n".join([*lines, "", finished])
 
 
 def _share(hits: Sequence[bool]) -> str:

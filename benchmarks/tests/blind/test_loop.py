@@ -198,12 +198,12 @@ def test_a_loop_that_is_killed_goes_on(
     assert table[0]["advised"] == weight
     assert table[1]["undone"] == f"{weight}: it was done before"
     assert [row["covers"] for row in table] == ["1", "1"]  # 3.52 MPa is within 3.0 to 4.0
-    figures = scores.table(list(scores.answers(tmp_path))).splitlines()
+    figures = scores.table(list(scores.answers(tmp_path)), cases.FINGERS).splitlines()
     named, wrong, held, *_ = (line.split(" | ")[2:] for line in figures[2:])
     assert [cell.partition(" (")[0] for cell in named] == ["0 of 1", "1 of 1", "1 of 1"]
     assert [cell.partition(" (")[0] for cell in wrong] == ["1 of 1", "0 of 1", "0 of 1"]
     assert held[0].startswith("1 of 1")
-    assert figures[-1] == "Finished cases: 1 of 40."
+    assert figures[-1] == "small, reference: 1 of 40 cases are finished."
 
 
 def test_a_refused_setup_ends_a_case(laboratory: Laboratory, tmp_path: Path) -> None:
