@@ -7,6 +7,7 @@ What is hidden is simulated in full by other settings than the analyser's, all o
 - :mod:`case`: what both have in common of a case;
 - :mod:`said`: what was hidden and what was said, as tables;
 - :mod:`score`: figures of a table;
+- :mod:`loop`: what a diagnosis advises is done on hidden fingers, and all is diagnosed again;
 - :mod:`command`: the command line;
 - :mod:`ci`: few cases that continuous integration runs.
 
