@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +13,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from dolfingrip.diagnosis.additions.worth import (
+    Comparison,
     Expected,
     Rival,
     chance_alone,
@@ -20,7 +23,7 @@ from dolfingrip.diagnosis.answer.analysis import told_by_shape
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, shows_memory
-from dolfingrip.files.diagnosis import NextExperiment
+from dolfingrip.files.diagnosis import NextExperiment, PlannedTest
 
 SEED = 4
 STD = 0.02
@@ -87,6 +90,32 @@ def test_pairs_that_differ_are_told_apart() -> None:
     assert chance_alone(equal, told_apart(equal, now, then, NO_PAIR)) == 1.0
     assert chance_alone(equal, told_apart(equal, now, then, ~np.eye(2, dtype=bool))) == 0.0
     assert _worth("a hold", 2.0, 1.0, 0.5, 0.8).splits
+
+
+@pytest.mark.parametrize(("reach", "elastic", "chance"), [(1.0, False, 1.0), (1.0, True, 0.0),
+                                                          (4.0, True, 1.0)])  # fmt: skip
+def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance: float) -> None:
+    """However fine the noise, a curve that is 0.15 % off tells no law; one 2 % off does.
+
+    Reference: of x³ beside a multiple of x stays (1/7 − 9/75)^½ = 0.15 of the largest, by hand.
+    """
+    x, more = np.linspace(0, 1.0, 15), np.linspace(0, reach, 15)
+
+    def laws(at: np.ndarray) -> list[Rival]:
+        curves = [at, at + 0.01 * at**3]
+        return [Rival(np.ones(1), curve, at[:, None], frozenset({name}), own=1)
+                for curve, name in zip(curves, ("yeoh", "ogden"), strict=True)]  # fmt: skip
+
+    test = PlannedTest(experiment="coupon", specimen="A", control="displacement_mm", read=(),
+                       branch=(), cycle=(), time_s=(), value=())  # fmt: skip
+    addition: Any = SimpleNamespace(name="more", minutes=15.0, tests=(test,), quantities=())
+    noise = 1e-5 * np.ones(15)
+    comparison = Comparison(
+        pulled([("loading", 1)], 0.5), noise, np.diag(noise**2), np.array([0.6, 0.4]), laws(x),
+        elastic=frozenset({"yeoh", "ogden"} if elastic else ()),
+    )  # fmt: skip
+    weighed = comparison.worth(addition, laws(more), np.diag(noise**2), 0.0)
+    assert weighed.chance == pytest.approx(chance)
 
 
 def _worth(

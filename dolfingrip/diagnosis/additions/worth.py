@@ -12,6 +12,9 @@ Along one loading at one rate a law with memory, fitted anew, follows any elasti
 tangent does not tell. Such a pair counts as told apart where memory shows itself alone
 (:func:`dolfingrip.diagnosis.data.measurement.shows_memory`).
 
+Elastic laws stay together in a verdict until one of them misses a hundredth of the largest reading,
+however many readings speak for the other; so they do here.
+
 Which further experiment would tell tied causes apart.
 """
 
@@ -25,12 +28,12 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS, Part
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.decision import LAW_MISSES, Decision
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS
@@ -161,11 +164,13 @@ class Expected:
         log_odds: log evidence that it does.
         nothing: whether the column's effect, which has more causes than the row's, would be left
             with too little to be seen.
+        missed: root mean square of what the column's effect cannot follow, by the largest reading.
     """
 
     misfit: np.ndarray
     log_odds: np.ndarray
     nothing: np.ndarray
+    missed: np.ndarray
 
     @classmethod
     def of(
@@ -174,6 +179,7 @@ class Expected:
         covariance: np.ndarray,
         noise: np.ndarray | None = None,
         least: float = Policy().visible,
+        count: int | None = None,
     ) -> Expected:
         """From the readings of each fit.
 
@@ -182,15 +188,20 @@ class Expected:
             covariance: of the readings, shape (n, n).
             noise: of the readings so far, which come first; by the covariance where None.
             least: length of a change below which nothing can be seen.
+            count: of the first readings that are of channels; all where None.
         """
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
         misfit = np.zeros((len(fits), len(fits)))
         evidence = np.zeros_like(misfit)
+        missed = np.zeros_like(misfit)
         nothing = np.zeros(misfit.shape, dtype=bool)
+        largest = [np.abs(true.readings[:count]).max() for true in fits]
         for j, other in enumerate(fits):
             lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
+            stays = (covariance @ cho_solve((lower, True), off))[:count]
+            missed[:, j] = np.sqrt(np.square(stays).mean(axis=0)) / largest
             pull = (other.slopes @ other.zeta)[:, None]
             white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
             off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
@@ -198,7 +209,7 @@ class Expected:
             evidence[:, j] = -0.5 * (2 * np.log(np.diag(lower)).sum() + scatter.sum() + left)
             more = np.array([true.acting < other.acting for true in fits])
             nothing[:, j] = more & (_room(other, factor, size) < least)
-        return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing)
+        return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing, missed)
 
 
 def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
@@ -265,6 +276,7 @@ class Comparison:
         probability: of each hypothesis.
         here: each at the readings so far.
         policy: what tells two of them apart.
+        elastic: causes that are elastic laws.
     """
 
     measurement: Measurement
@@ -273,6 +285,7 @@ class Comparison:
     probability: np.ndarray
     here: Sequence[Rival]
     policy: Policy = Policy()
+    elastic: frozenset[str] = frozenset()
 
     @cached_property
     def now(self) -> Expected:
@@ -282,7 +295,12 @@ class Comparison:
     @cached_property
     def apart(self) -> np.ndarray:
         """Which are told apart already, (effects, effects) of bool."""
-        return told_apart(self.probability, self.now, self.now, policy=self.policy)
+        return told_apart(self.probability, self.now, self.now, self._alike(self.now), self.policy)
+
+    def _alike(self, expected: Expected) -> np.ndarray:
+        """Which elastic laws would stay together in a verdict, (effects, effects) of bool."""
+        laws = np.array([len(rival.acting & self.elastic) == 1 for rival in self.here])
+        return (laws[:, None] & laws) & (expected.missed <= LAW_MISSES)
 
     def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
         """(m, m) covariance of an addition's readings by noise and by what a model may be off.
@@ -324,8 +342,13 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        then = Expected.of(together, joint, self.noise, self.policy.visible)
-        apart = told_apart(self.probability, self.now, then, unseen, self.policy)
+        count = n + (len(covariance) if addition.tests else 0)
+        then = Expected.of(together, joint, self.noise, self.policy.visible, count)
+        alike = self._alike(then)
+        apart = told_apart(
+            self.probability, self.now, then, np.asarray(unseen) | alike, self.policy
+        )
+        more = (then.misfit - self.now.misfit > self.policy.log_odds) & ~alike
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
@@ -338,9 +361,7 @@ class Comparison:
             gain_per_minute=float((weights * useful).sum() / addition.minutes),
             chance=chance_alone(self.probability, apart),
             excludes=self._names(apart[0] & ~self.apart[0]),
-            shows=self._names(
-                (apart & ~self.apart | (then.misfit - self.now.misfit > self.policy.log_odds))[:, 0]
-            ),
+            shows=self._names((apart & ~self.apart | more)[:, 0]),
         )  # fmt: skip
 
     def _names(self, which: np.ndarray) -> tuple[str, ...]:

@@ -56,6 +56,7 @@ def settled_by(
             for fit in fits
         ],
         problem.policy,
+        problem.elastic,
     )  # fmt: skip
     possible = (
         checks(analysis.applied, EXPERIMENTS["coupon"].parts) if analysis.closed_form
