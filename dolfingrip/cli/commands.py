@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import typer
 
-from dolfingrip import plugins
 from dolfingrip.cli import edge, settings
 from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
 from dolfingrip.cli.installation import solver
@@ -109,7 +108,7 @@ def _start(
             help="Show the version and exit.",
         ),
     ] = False,
-    plugin: Annotated[
+    _plugin: Annotated[  # plugins.taken() has read them before there were commands
         list[Path] | None,
         typer.Option(
             "--plugin", metavar="FILE.py",
@@ -117,7 +116,5 @@ def _start(
         ),
     ] = None,
 ) -> None:  # fmt: skip
-    for file in plugin or ():
-        plugins.add(file)
     level = (logging.INFO if verbose else logging.WARNING) if edge.rank() == 0 else logging.CRITICAL
     logging.basicConfig(level=level, format="%(message)s", stream=sys.stderr)

@@ -15,7 +15,9 @@ from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space
 from dolfingrip.design.campaign import campaign as files
+from dolfingrip.design.campaign.objective import check
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.quantities.quantity import AskedDesign
 from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 from dolfingrip.jobs import run
 from dolfingrip.jobs.cluster import Where
@@ -81,11 +83,14 @@ def planned(args: DoeSettings, resolved: Config) -> Plan:
     if args.fields and args.objective is not None:
         raise ConfigError("--fields: allowed: without --objective, whose results are its own")
     objective = args.objective or plan.OBJECTIVE
+    quantities = plan.quantities(args.quantity or plan.QUANTITIES, objective)
+    if objective == plan.OBJECTIVE:
+        check(quantities, AskedDesign(resolved, keys, args.ranks))
     return plan.Plan(
         base=resolved,
         parameters=tuple(p.key for p in varied),
         points=tuple(space.points(varied, args.points, args.number, args.seed)),
-        quantities=plan.quantities(args.quantity or plan.QUANTITIES, objective),
+        quantities=quantities,
         objective=objective,
         gradients=keys,
         fields=args.out / plan.FIELDS if args.fields else None,

@@ -32,6 +32,7 @@ from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report.drawers import WantedPictures, drawer
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file, tables
+from dolfingrip.sections.supply import AirLine, refuse_supply
 from dolfingrip.sections.tables import assignments
 
 SAID = (PRESSURE, ANGLE, DISPLACEMENT, NOMINAL_STRESS, FORCE)
@@ -306,6 +307,8 @@ def perform(args: RunSettings) -> None:
         "bands": args.uncertain if args.bands else None,
     }
     requests = [Request.of(kind, config, keys, fields=folder, **wanted) for folder, config in poses]
+    if not AirLine.felt_on(experiment.parts):
+        refuse_supply(requests[0].config.supply)
     screen = console()
     exit_early(*[run_experiment(request, args, screen) for request in requests])
 

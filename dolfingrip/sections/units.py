@@ -123,8 +123,13 @@ def _ending(key: str) -> str:
     return f"{_ending(above.removesuffix('_per'))}_per_{ending}".removeprefix("_")
 
 
-UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4, "m": 1000.0}
-"""Millimetres of each unit that a part's file may be in."""
+UNITS_MM = {
+    "mm": 1.0, "cm": 10.0, "in": 25.4, "m": 1000.0, "um": 1e-3, "ft": 304.8, "pt": 25.4 / 72,
+}  # fmt: skip
+"""Millimetres of each unit of length that a file may be in."""
+
+OF_PARTS = ("mm", "cm", "in", "m")
+"""Units that a part's file without a unit may be in."""
 
 LENGTHS_MM = (10.0, 1000.0)
 """Shortest and longest part whose unit is not doubted."""
@@ -143,6 +148,6 @@ def doubted(length_mm: float, scale: float) -> tuple[str, ...]:
     low, high = LENGTHS_MM
     if low <= length_mm <= high:
         return ()
-    others = {name: length_mm / scale * mm for name, mm in UNITS_MM.items()}
+    others = {name: length_mm / scale * UNITS_MM[name] for name in OF_PARTS}
     fits = [f"--unit {name} makes {x:.4g} mm of it" for name, x in others.items() if low < x < high]
     return (f"{length_mm:.4g} mm long: in another unit? {' or '.join(fits) or 'scale it'}",)

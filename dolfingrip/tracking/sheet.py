@@ -15,9 +15,9 @@ from typing import Any, Final
 import numpy as np
 
 from dolfingrip.files import whole
+from dolfingrip.sections.units import UNITS_MM
 from dolfingrip.tracking.frames import Image
 
-MM_PER_INCH: Final = 25.4
 CELLS: Final = 8
 """Cells of a chessboard's square along each side; a marker has six, with its border."""
 CLAMP_MM: Final = (40.0, 18.0)
@@ -117,7 +117,7 @@ class PrintedSheet:
         from matplotlib.figure import Figure
 
         width, height = self.size_mm
-        figure = Figure(figsize=(width / MM_PER_INCH, height / MM_PER_INCH))
+        figure = Figure(figsize=(width / UNITS_MM["in"], height / UNITS_MM["in"]))
         axes = figure.add_axes((0, 0, 1, 1))
         left, top = self.corner_mm
         across, down = (n * self.square_mm for n in self.squares)

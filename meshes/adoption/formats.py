@@ -15,6 +15,7 @@ import numpy as np
 from dolfingrip.files import package, xml
 from dolfingrip.meshes import vtk_file
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
+from dolfingrip.sections.units import UNITS_MM
 
 CAD: Final = (".step", ".stp", ".brep", ".iges", ".igs")
 SURFACES: Final = (".stl", ".obj", ".ply", ".3mf")
@@ -29,9 +30,9 @@ MOST_PLACED: Final = 10_000
 TURN: Final = 24
 """Triangles around a full turn of a curved face of CAD."""
 
-_UNITS_MM: Final = {
-    "micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8,
-    "meter": 1000.0,
+_UNITS: Final = {
+    "micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", "foot": "ft",
+    "meter": "m",
 }  # fmt: skip
 _CORE: Final = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 _PATH: Final = "{http://schemas.microsoft.com/3dmanufacturing/production/2015/06}path"
@@ -145,7 +146,7 @@ def _of_3mf(path: Path) -> object:
         if placed > MOST_PLACED:
             raise MeshError(f"more than {MOST_PLACED} objects; allowed: so many")
         its_turn, its_move = _transform(element)
-        turn, moved = its_turn @ turn, its_move * _UNITS_MM[units[of]] @ turn + moved
+        turn, moved = its_turn @ turn, its_move * units_mm[of] @ turn + moved
         of = element.get(_PATH, of)
         model = objects.get((of, element.get("objectid")))
         if model is None:
@@ -157,11 +158,13 @@ def _of_3mf(path: Path) -> object:
                 for t in mesh.iter(f"{_CORE}triangle")
             ]
             triangles.append(np.array(rows) + sum(map(len, points)))
-            points.append(np.array(corners) * _UNITS_MM[units[of]] @ turn + moved)
+            points.append(np.array(corners) * units_mm[of] @ turn + moved)
         for part in model.iter(f"{_CORE}component"):
             add(of, part, turn, moved)
 
-    units = {name: model.get("unit", "millimeter") for name, model in models.items()}
+    units_mm = {
+        name: UNITS_MM[_UNITS[model.get("unit", "millimeter")]] for name, model in models.items()
+    }
     for item in models[start].iter(f"{_CORE}item"):
         add(start, item, np.eye(3), np.zeros(3))
     return pv.PolyData.from_regular_faces(np.vstack(points), np.vstack(triangles))

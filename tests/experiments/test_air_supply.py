@@ -13,7 +13,10 @@ from support.command import run_command
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.objective import check
+from dolfingrip.design.quantities.quantity import AskedDesign
 from dolfingrip.experiments import run
+from dolfingrip.experiments.derivatives.gradients import by_adjoint
 from dolfingrip.experiments.request import Place, Request
 from dolfingrip.experiments.result import Result
 from dolfingrip.mechanics.model.pneumatics import Restriction
@@ -158,6 +161,14 @@ def test_derivatives_and_readings_at_a_place_refuse_a_supply(wanted: dict[str, A
     assert Request.of("coupon", supplied, **wanted).config.supply is not None
 
 
+@pytest.mark.parametrize("key", ["supply.source=ideal", "experiment.dynamic=true"])
+def test_designs_without_derivatives_may_have_a_supply_or_inertia(key: str) -> None:
+    """A plain campaign derives by itself only where that is possible."""
+    check(["angle_deg"], AskedDesign(small.short(key)))
+    assert not by_adjoint(small.short(key))
+    assert by_adjoint(small.short())
+
+
 @pytest.mark.parametrize(
     ("command", "further", "settings", "said"),
     [
@@ -166,6 +177,10 @@ def test_derivatives_and_readings_at_a_place_refuse_a_supply(wanted: dict[str, A
         ("push", (), ("supply.source=ideal",), "supply = a table"),
         ("vibrate", (), ("supply.source=ideal",), "supply = a table"),
         ("bend", ("--gradients",), ("supply.source=ideal",), "supply = a table"),
+        ("coupon", (), ("supply.source=ideal",), "supply = a table"),
+        ("doe", ("--gradients",), ("supply.source=ideal",), "supply = a table"),
+        ("doe", ("--gradients",), ("experiment.dynamic=true",), "experiment.dynamic"),
+        ("doe", ("--quantity", "pickup_margin"), ("supply.source=ideal",), "supply = a table"),
         ("export", ("{out}/a.inp",), ("supply.source=ideal",), "no supply of air"),
         ("export", ("{out}/a.inp",), LET_GO, "release.load_x_N"),
         ("robot", (), LET_GO, "release.load_x_N"),

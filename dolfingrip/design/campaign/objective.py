@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import Final
 
 from dolfingrip import config as configuration
 from dolfingrip.design.quantities.index import SOURCES, parse
-from dolfingrip.design.quantities.quantity import AskedDesign, Outcome
+from dolfingrip.design.quantities.quantity import AskedDesign, Outcome, Quantity, QuantitySource
 from dolfingrip.jobs.job import Data, JobFailure
 from dolfingrip.jobs.work import found
 
@@ -94,11 +94,31 @@ def simulate(
         configuration.from_dict(config), keys, ranks, None if fields is None else Path(fields)
     )
     outcome = Outcome({}, {}, {}, 0, record.versions())
-    wanted = [parse(text) for text in quantities]
-    for source in SOURCES:
-        some = [quantity for quantity in wanted if quantity.name in source.names]
-        if some:
-            source.add(outcome, some, design)
+    for source, wanted in _by_source(quantities):
+        source.add(outcome, wanted, design)
     slopes = outcome.gradients or {}
     outcome.gradients = {text: slopes[text] for text in quantities if slopes.get(text)}
     return outcome
+
+
+def check(quantities: Sequence[str], design: AskedDesign) -> None:
+    """Refuse quantities that :func:`simulate` can compute of no design.
+
+    Args:
+        quantities: by their texts.
+        design: that the designs are varied from.
+
+    Raises:
+        ConfigError: one line.
+    """
+    for source, wanted in _by_source(quantities):
+        source.check(wanted, design)
+
+
+def _by_source(texts: Sequence[str]) -> Iterator[tuple[QuantitySource, list[Quantity]]]:
+    """Yield the quantities by what computes them."""
+    quantities = [parse(text) for text in texts]
+    for source in SOURCES:
+        wanted = [quantity for quantity in quantities if quantity.name in source.names]
+        if wanted:
+            yield source, wanted

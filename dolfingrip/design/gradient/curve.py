@@ -23,6 +23,7 @@ from dolfingrip.sections.curve import CurveTarget, Polyline
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.tables import check_separator, text_of
+from dolfingrip.sections.units import UNITS_MM
 
 OPTION: Final = "objective.match"
 
@@ -31,9 +32,6 @@ KEYS: Final = {
     "wrap": OBSTACLE[-1].name,
 }
 """Keys of an objective that ask for a form, and the reading that is minimised."""
-
-TO_MM: Final = {"mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72}
-"""Units of an SVG's width."""
 
 SAMPLES: Final = 40
 """Points on each piece of a path that is not straight."""
@@ -242,9 +240,9 @@ def _svg(file: Path) -> Floats:
     sheet = drawing.root.attrib
     width = sheet.get("width", "mm").strip()
     unit = width.lstrip("0123456789.+-eE ")
-    if unit not in TO_MM:
-        raise ConfigError(f"{said}: width = {width}: allowed: in {', '.join(TO_MM)}")
-    scale = TO_MM[unit]
+    if unit not in UNITS_MM:
+        raise ConfigError(f"{said}: width = {width}: allowed: in {', '.join(UNITS_MM)}")
+    scale = UNITS_MM[unit]
     box = sheet.get("viewBox", "").replace(",", " ").split()
     if len(box) == 4 and width != "mm":
         scale *= float(width.removesuffix(unit)) / float(box[2])

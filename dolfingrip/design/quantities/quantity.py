@@ -117,6 +117,19 @@ class QuantitySource(ABC):
             raise ConfigError(f"{said}: of the unloaded shape; allowed: without a place")
         return Quantity(name)
 
+    def check(  # noqa: B027  # those of the shape need none
+        self, wanted: Sequence[Quantity], design: AskedDesign
+    ) -> None:
+        """Refuse what can be computed of no design, before one is.
+
+        Args:
+            wanted: quantities of this source.
+            design: that the others are varied from.
+
+        Raises:
+            ConfigError: one line.
+        """
+
     @abstractmethod
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         """Compute quantities and add them to an outcome, under their texts.

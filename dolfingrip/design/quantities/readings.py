@@ -70,11 +70,14 @@ class FingerReadings(QuantitySource):
             raise ConfigError(f'{name} in "{chosen}": allowed: in "push", at a pressure')
         return Quantity(name, chosen, where, values, chosen == usual)
 
+    def check(self, wanted: Sequence[Quantity], design: AskedDesign) -> None:
+        for experiment, some in _by_experiment(wanted).items():
+            request(experiment, some, design)
+
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         assert outcome.curve is not None
         assert outcome.gradients is not None
-        for experiment in dict.fromkeys(str(quantity.experiment) for quantity in wanted):
-            some = [quantity for quantity in wanted if quantity.experiment == experiment]
+        for experiment, some in _by_experiment(wanted).items():
             asking = request(experiment, some, design)
             answer = compute(asking)
             outcome.curve |= _curve(asking, answer)
@@ -86,6 +89,14 @@ class FingerReadings(QuantitySource):
                 value, slopes = read(quantity, asking, answer)
                 outcome.outputs[str(quantity)] = value
                 outcome.gradients[str(quantity)] = _sorted(slopes, design.keys or ())
+
+
+def _by_experiment(wanted: Sequence[Quantity]) -> dict[str, list[Quantity]]:
+    """Quantities by the experiment that gives them."""
+    by_experiment: dict[str, list[Quantity]] = {}
+    for quantity in wanted:
+        by_experiment.setdefault(str(quantity.experiment), []).append(quantity)
+    return by_experiment
 
 
 def request(experiment: str, wanted: Sequence[Quantity], design: AskedDesign) -> Request:

@@ -102,7 +102,8 @@ def by_adjoint(config: Config) -> bool:
     """Tell whether adjoints give derivatives by ξ1 and ξ2 at the highest pressure.
 
     They do not where the volume is prescribed, as the highest pressure is then known at the end
-    only, nor with effects that remember earlier states or distort readings.
+    only, nor with inertia or a supply of air, nor with effects that remember earlier states or
+    distort readings.
 
     Args:
         config: of the simulation.
@@ -113,7 +114,8 @@ def by_adjoint(config: Config) -> bool:
     adapted = config.adapted()
     forgets = not any(effect.remembers() for effect in adapted.extensions.active())
     distorted = adapted.extensions.active(Displaying)
-    return adapted.experiment.control == "pressure" and forgets and not distorted
+    prescribed = adapted.experiment.control == "pressure" and adapted.supply is None
+    return prescribed and not adapted.experiment.dynamic and forgets and not distorted
 
 
 class AtHighest:
