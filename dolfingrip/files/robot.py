@@ -75,6 +75,19 @@ class QuantityError(Part):
         return {"deg": self.largest, "mm": self.rms}.get(self.unit, self.relative)
 
 
+Motion = tuple[float, float, float]
+"""Where a section or a link has moved in the plane of bending: x and z (mm) of its point at x = 0,
+and how far it has turned (rad)."""
+
+
+class FreeShape(Part):
+    """The free finger at a pressure, by finite elements and by the chain."""
+
+    pressure_kPa: float
+    finite_elements: tuple[Motion, ...] = Field(description="of the sections at levels_mm")
+    chain: tuple[Motion, ...] = Field(description="of each link, at its end towards the clamp")
+
+
 class Accuracy(Part):
     """Errors that were asked for at states that were not fitted; the fewest joints within them."""
 
@@ -123,6 +136,8 @@ class RobotFile(ResultFile):
     )
     valid: Validity
     comparisons: tuple[QuantityError, ...]
+    levels_mm: tuple[float, ...] = Field((), description="z of the shapes' sections at rest")
+    shapes: tuple[FreeShape, ...] = Field((), description="from the lowest pressure on")
     accuracy: Accuracy | None = Field(
         None, description="what chose the number of joints; null: the free finger's shape"
     )

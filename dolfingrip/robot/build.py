@@ -14,6 +14,7 @@ from dolfingrip.experiments.results.record import versions
 from dolfingrip.extensions.effect import Relaxing
 from dolfingrip.files.robot import (
     Accuracy,
+    FreeShape,
     Joint,
     JointCoordinate,
     QuantityError,
@@ -24,11 +25,14 @@ from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.run import Progress, silent
 from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.robot import runs
-from dolfingrip.robot.chain import COORDINATES, TERMS
+from dolfingrip.robot.chain import COORDINATES, TERMS, Points
 from dolfingrip.robot.fit import MOST_JOINTS, POLICY, Fitted, chains, fit
 from dolfingrip.robot.links import BoundSkin, links, skin, whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.robot.runs import FingerRun
+
+SHOWN: Final = 5
+"""Each of so many sections is drawn; both ends are."""
 
 FOLDER: Final = "simulations"
 """Folder in ``--out`` that keeps the runs of finite elements."""
@@ -177,10 +181,26 @@ def _robot(
     )
     robot = Robot(file)
     found_out = {
+        "levels_mm": tuple(free.levels_mm[::SHOWN]),
+        "shapes": tuple(_shapes(robot, free)),
         "comparisons": tuple(error for run in simulated.tested for error in compare(robot, run)),
         "joints": tuple(_joints(fitted, damping_s(config, robot))),
     }
     return Robot(file.model_copy(update=found_out))
+
+
+def _shapes(robot: Robot, free: FingerRun) -> Iterator[FreeShape]:
+    """The free finger at each pressure of a run."""
+    w = robot.state(free.pressure_kPa).w
+    starts = [(0.0, 0.0, link.from_mm) for link in robot.file.links]
+    points = Points(np.array(starts), np.arange(len(starts)))
+    places = robot.chain.places(w, points)[..., [0, 2]]
+    bends = w[:, robot.chain.bends]
+    turns = np.pad(np.cumsum(bends, axis=1), ((0, 0), (1, 0)))
+    chains = np.dstack([places, turns]).tolist()
+    sections = np.dstack([free.place_mm, free.turn_rad])[:, ::SHOWN].tolist()
+    for pressure, section, chain in zip(free.pressure_kPa, sections, chains, strict=True):
+        yield FreeShape(pressure_kPa=pressure, finite_elements=section, chain=chain)
 
 
 def damping_s(config: Config, robot: Robot) -> dict[str, float]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.files.robot import (
+    FreeShape,
     Joint,
     JointCoordinate,
     Link,
@@ -17,7 +18,8 @@ from dolfingrip.files.robot import (
     Speed,
     Validity,
 )
-from dolfingrip.report.page import sources
+from dolfingrip.report.page import chain_scene, sources
+from dolfingrip.report.page.scene import UPRIGHT
 from dolfingrip.robot.control import BLUE, PALE, RED, JointLaws
 from dolfingrip.robot.write import measured_speed
 
@@ -65,6 +67,42 @@ def test_what_the_page_has(tmp_path: Path) -> None:
     assert ".ctrl = 25\n" in lines  # the highest fitted pressure
     (source,) = page.sources
     assert source.again == f"dolfingrip robot {tmp_path / 'robot.json'}"
+
+
+def test_the_chain_stands_beside_the_finite_elements_in_3d(tmp_path: Path) -> None:
+    """A quarter turn: a section's points lie where its motion puts them; a link stays rigid."""
+    write_robot(tmp_path, None)
+    one = RobotFile.read(tmp_path)
+    turn = np.pi / 2
+    rest = FreeShape(
+        pressure_kPa=0.0, finite_elements=((0, 0, 0), (0, 80, 0)), chain=((0, 0, 0), (0, 40, 0))
+    )
+    bent = FreeShape(
+        pressure_kPa=25.0, finite_elements=((0, 0, 0), (-50, 50, turn)),
+        chain=((0, 0, 0), (-5, 45, turn)),
+    )  # fmt: skip
+    other = one.links[0].model_copy(update={"from_mm": 40.0, "to_mm": 80.0})
+    shown = {"levels_mm": (0, 80), "shapes": (rest, bent), "links": (one.links[0], other)}
+    scene = chain_scene.scene_of(one.model_copy(update=shown))
+    (theirs, ours), (at_rest, _, last) = scene.parts, scene.parts[0].frames * UPRIGHT
+    assert list(scene.load.values) == [0.0, 25.0]
+    np.testing.assert_allclose(at_rest.min(axis=0), [0, -10, 0])
+    np.testing.assert_allclose(at_rest.max(axis=0), [16, 10, 80])
+    # the tip's section is level: x of the outline points along z
+    np.testing.assert_allclose(last[-4:, 0], -50, atol=1e-12)
+    np.testing.assert_allclose(last[-4:, 2], [50, 66, 66, 50])
+    first, _, end = ours.frames * UPRIGHT
+    between = [np.linalg.norm(each[8:, None] - each[None, 8:], axis=2) for each in (first, end)]
+    np.testing.assert_allclose(*between)  # of the second link, all distances stay
+    np.testing.assert_allclose(end[8:].max(axis=0) - end[8:].min(axis=0), [40, 20, 16])
+    assert first[:, 0].min() > max(at_rest[:, 0].max(), last[:, 0].max())
+    for part in scene.parts:  # closed surfaces that look outwards
+        a, b, c = (part.frames[0][part.skin.triangles[:, i]] for i in range(3))
+        volume = np.einsum("ni,ni->", a, np.cross(b, c)) / 6
+        assert volume == pytest.approx(16 * 20 * 80)
+    assert theirs.skin.points.shape == theirs.frames[0].shape
+    one.model_copy(update=shown).write(tmp_path)
+    assert len(sources.build(sources.find([tmp_path])).scenes) == 1
 
 
 def test_without_mujoco_nothing_is_measured(

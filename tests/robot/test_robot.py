@@ -122,6 +122,21 @@ def settled(
 
 
 @pytest.mark.slow
+def test_shapes_of_the_free_finger(robot: Robot) -> None:
+    """The last link turns as the tip does, and lies where the finite elements have it."""
+    shapes, link = robot.file.shapes, robot.file.links[-1]
+    pressures = np.array([shape.pressure_kPa for shape in shapes])
+    turns = np.degrees([shape.chain[-1][2] for shape in shapes])
+    np.testing.assert_allclose(turns, robot.angle_deg(pressures), atol=1e-9)
+    assert pressures[0] == robot.file.valid.pressure_kPa[0]
+    for shape in shapes:
+        x, z, turn = shape.chain[-1]
+        along = robot.file.levels_mm[-1] - link.from_mm
+        end = np.array([x - along * np.sin(turn), z + along * np.cos(turn)])
+        np.testing.assert_allclose(end, shape.finite_elements[-1][:2], atol=1.0)
+
+
+@pytest.mark.slow
 def test_mujoco_rests_where_the_chain_does(robot: Robot, made: Path) -> None:
     model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
     for pressure in (-20.0, 20.0, 50.0):

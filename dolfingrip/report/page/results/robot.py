@@ -11,6 +11,7 @@ import numpy as np
 
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series
 from dolfingrip.files.robot import QuantityError, RobotFile
+from dolfingrip.report.page import chain_scene
 from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
 from dolfingrip.report.page.numbers import said
 
@@ -47,6 +48,8 @@ class ReducedModel(Contribution):
         for result in results:
             robot = RobotFile.read(result.folder)
             page.numbers.append(_speed(robot))
+            if robot.shapes:
+                page.scenes.append(chain_scene.scene_of(robot).packed())
             for error in robot.comparisons:
                 page.charts.append(_chart(error))
                 unit = _symbol(error)
