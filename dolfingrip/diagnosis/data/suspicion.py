@@ -9,7 +9,7 @@ this factor.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Final
@@ -76,6 +76,18 @@ class Suspicion:
     factor: float
     meaning: str
     left: float
+
+
+Suspect = Callable[[Sequence[Suspicion]], None]
+"""Is told suspicions."""
+
+
+def unsuspected(raised: Sequence[Suspicion]) -> None:
+    """Do nothing about suspicions.
+
+    Args:
+        raised: the suspicions.
+    """
 
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicion]:
@@ -186,8 +198,13 @@ def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> list[Suspicio
         if ratio < 0 and 1 / policy.no_slip < -ratio < policy.no_slip:
             raised.append(Suspicion(test, name, -1.0, _REVERSED, left))
             continue
-        slips = _OF_READING.get(CHANNELS[name].unit, {}).items()
+        slips = list(_OF_READING.get(CHANNELS[name].unit, {}).items())
         alike = [slip for slip in slips if _alike(abs(ratio), 1 / slip[1], policy)]
+        if slips and not alike and ratio > 0 and not 1 / policy.stiffest < ratio < policy.stiffest:
+            # no material is so far from the configured one: the nearest slip, if it is as near
+            nearest = min(slips, key=lambda slip: abs(math.log(ratio * slip[1])))
+            off = ratio * nearest[1]
+            alike = [nearest] if 1 / policy.stiffest < off < policy.stiffest else []
         if ratio < 0 and not alike:  # however much softer or stiffer the finger is, too
             alike = [(_REVERSED, 1.0)]
         for meaning, factor in alike:

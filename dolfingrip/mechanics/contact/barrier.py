@@ -313,19 +313,21 @@ class BarrierContact(Term):
         for row, corners in enumerate(faces):
             for corner in corners:
                 around[corner].add(row)
-        distances_mm = [np.inf]
+        least_mm = np.inf
         for (kind, _, _), pair in _known(self._pairs(now, reach_mm)):
+            apart, _ = pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))
+            far = float(np.linalg.norm(apart))
+            if far >= least_mm:
+                continue
             ids = [vertex for vertex in pair.vertex_ids(edges, faces) if vertex >= 0]
             parts = ids[: PARTED[kind]], ids[PARTED[kind] :]
             one, other = (set.intersection(*(around[vertex] for vertex in part)) for part in parts)
-            apart, _ = pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))
-            far = float(np.linalg.norm(apart))
             if all(
                 np.abs(normals[list(triangles)] @ apart).max() > FACING * far
                 for triangles in (one, other)
             ):
-                distances_mm.append(far)
-        return min(distances_mm)
+                least_mm = far
+        return least_mm
 
     def intersects(self, dofs: np.ndarray) -> bool:
         """Return whether any two triangles pass through one another."""
