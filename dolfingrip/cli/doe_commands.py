@@ -15,7 +15,7 @@ from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space
 from dolfingrip.design.campaign import campaign as files
-from dolfingrip.design.campaign.objective import check
+from dolfingrip.design.campaign.objective import check_quantities
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.quantities.quantity import AskedDesign
 from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
@@ -85,7 +85,7 @@ def planned(args: DoeSettings, resolved: Config) -> Plan:
     objective = args.objective or plan.OBJECTIVE
     quantities = plan.quantities(args.quantity or plan.QUANTITIES, objective)
     if objective == plan.OBJECTIVE:
-        check(quantities, AskedDesign(resolved, keys, args.ranks))
+        check_quantities(quantities, AskedDesign(resolved, keys, args.ranks))
     return plan.Plan(
         base=resolved,
         parameters=tuple(p.key for p in varied),

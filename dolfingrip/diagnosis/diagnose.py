@@ -22,13 +22,13 @@ from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import reversed_signs, suspicions
+from dolfingrip.diagnosis.data.suspicion import Suspect, reversed_signs, suspicions, unsuspected
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse_fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
-from dolfingrip.files.diagnosis import SpecimensApart
+from dolfingrip.files.diagnosis import Slip, SpecimensApart
 from dolfingrip.files.diagnosis_words import slip_words
 from dolfingrip.jobs.run import Progress, silent
 
@@ -108,16 +108,19 @@ def diagnose_measurement(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say, quick = settings.say, settings.quick
-    doubts = reversed_signs(measurement, config)
-    for doubt in doubts:
-        say(f"check the data first: {slip_words(doubt)}")
-    analysis = analyse(measurement, config, workers, settings.effects, say, quick=quick)
+    doubts: list[Slip] = []
+
+    def suspect(raised: Sequence[Slip]) -> None:
+        for doubt in raised:
+            if doubt not in doubts:
+                say(f"check the data first: {slip_words(doubt)}")
+                doubts.append(doubt)
+
+    suspect(reversed_signs(measurement, config))
+    analysis = analyse(measurement, config, workers, settings.effects, say, suspect, quick=quick)
     configured = analysis.configured
     shown = np.where(np.isfinite(configured), configured, analysis.problem.base)
-    for doubt in suspicions(analysis.measurement, shown):
-        if doubt not in doubts:
-            say(f"check the data first: {slip_words(doubt)}")
-            doubts.append(doubt)
+    suspect(suspicions(analysis.measurement, shown))
     diagnosis = diagnosed(analysis, config, quick=quick, say=say)
     diagnosis.slips = doubts
     outside = diagnosis.analysis.specimens_apart() if settings.specimens else None
@@ -146,6 +149,7 @@ def analyse(
     workers: Workers,
     names: Sequence[str] | None = None,
     say: Callable[[str], None] = silent,
+    suspect: Suspect = unsuspected,
     *,
     quick: bool = False,
 ) -> Analysis[Any]:
@@ -157,6 +161,7 @@ def analyse(
         workers: where simulations are computed and kept.
         names: of the causes that are tried; the whole catalogue where None.
         say: told what is being done.
+        suspect: told what is suspected of a finger's readings, before anything is fitted.
         quick: leave out causes of a finger that need simulations of their own.
 
     Raises:
@@ -167,7 +172,7 @@ def analyse(
     fingers = any(test.of_finger for test in measurement.tests)
     if not fingers and in_closed_form(measurement, config):
         return analyse_coupons(CouponSimulation(measurement, config), causes, say)
-    return analyse_fingers(measurement, config, workers, causes, names, say, quick=quick)
+    return analyse_fingers(measurement, config, workers, causes, names, say, suspect, quick=quick)
 
 
 def _compare_downstream(diagnosis: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.core.blend import Tangents, places
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.suspicion import Suspect, suspicions, unsuspected
 from dolfingrip.diagnosis.finger import FingerSimulation, at_rest, coarser, shown
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
@@ -38,6 +39,7 @@ def analyse_fingers(
     causes: Sequence[Cause],
     names: Sequence[str] | None = None,
     say: Say = silent,
+    suspect: Suspect = unsuspected,
     *,
     quick: bool = False,
 ) -> Analysis[FingerSimulation]:
@@ -50,6 +52,7 @@ def analyse_fingers(
         causes: that are tried.
         names: of those and of numbers of the rig; everything where None.
         say: told what is being done.
+        suspect: told what is suspected of the readings, before anything is fitted to them.
         quick: leave out causes that need simulations of their own.
 
     Raises:
@@ -57,6 +60,7 @@ def analyse_fingers(
     """
     say("simulating the measurement as configured")
     simulation, left_out = _reaching(measurement, config, workers)
+    suspect(suspicions(simulation.measurement, simulation.first.readings))
     numbers = rig_numbers(simulation.measurement, config, names)
     simulation, off, problem, start = _followed(simulation, *numbers, say)
     left = [cause.name for cause in causes if quick and not (cause.smooth or shown(cause))]

@@ -13,7 +13,7 @@ from support.command import run_command
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.objective import check
+from dolfingrip.design.campaign.objective import check_quantities
 from dolfingrip.design.quantities.quantity import AskedDesign
 from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives.gradients import by_adjoint
@@ -167,7 +167,7 @@ def test_derivatives_and_readings_at_a_place_refuse_a_supply(wanted: dict[str, A
 @pytest.mark.parametrize("key", ["supply.source=ideal", "experiment.dynamic=true"])
 def test_designs_without_derivatives_may_have_a_supply_or_inertia(key: str) -> None:
     """A plain campaign derives by itself only where that is possible."""
-    check(["angle_deg"], AskedDesign(small.short(key)))
+    check_quantities(["angle_deg"], AskedDesign(small.short(key)))
     assert not by_adjoint(small.short(key))
     assert by_adjoint(small.short())
 

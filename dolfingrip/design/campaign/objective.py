@@ -101,7 +101,7 @@ def simulate(
     return outcome
 
 
-def check(quantities: Sequence[str], design: AskedDesign) -> None:
+def check_quantities(quantities: Sequence[str], design: AskedDesign) -> None:
     """Refuse quantities that :func:`simulate` can compute of no design.
 
     Args:
@@ -112,7 +112,7 @@ def check(quantities: Sequence[str], design: AskedDesign) -> None:
         ConfigError: one line.
     """
     for source, wanted in _by_source(quantities):
-        source.check(wanted, design)
+        source.check_design(wanted, design)
 
 
 def _by_source(texts: Sequence[str]) -> Iterator[tuple[QuantitySource, list[Quantity]]]:

@@ -56,13 +56,13 @@ class GraspNumbers(QuantitySource):
             )
         return Quantity(name, GRASP)
 
-    def check(self, wanted: Sequence[Quantity], design: AskedDesign) -> None:
+    def check_design(self, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         if design.ranks != 1:
             raise ConfigError(f"--ranks {design.ranks}: allowed: 1 for a grasp")
         Request.of(GRASP, design.config)
 
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
-        self.check(wanted, design)
+        self.check_design(wanted, design)
         assert outcome.curve is not None
         answer = compute(Request.of(GRASP, design.config))
         none = np.empty(0)

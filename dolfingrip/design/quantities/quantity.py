@@ -117,7 +117,7 @@ class QuantitySource(ABC):
             raise ConfigError(f"{said}: of the unloaded shape; allowed: without a place")
         return Quantity(name)
 
-    def check(  # noqa: B027  # those of the shape need none
+    def check_design(  # noqa: B027  # those of the shape need none
         self, wanted: Sequence[Quantity], design: AskedDesign
     ) -> None:
         """Refuse what can be computed of no design, before one is.

@@ -70,7 +70,7 @@ class FingerReadings(QuantitySource):
             raise ConfigError(f'{name} in "{chosen}": allowed: in "push", at a pressure')
         return Quantity(name, chosen, where, values, chosen == usual)
 
-    def check(self, wanted: Sequence[Quantity], design: AskedDesign) -> None:
+    def check_design(self, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         for experiment, some in _by_experiment(wanted).items():
             request(experiment, some, design)
 

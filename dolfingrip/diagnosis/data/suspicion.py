@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import Final
 
@@ -61,6 +61,18 @@ Pairs = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 Raised = list[tuple[SpecimenTest, Slip]]
 """Doubts, each with its test."""
+
+
+Suspect = Callable[[Sequence[Slip]], None]
+"""Is told suspicions."""
+
+
+def unsuspected(raised: Sequence[Slip]) -> None:
+    """Do nothing about suspicions.
+
+    Args:
+        raised: the suspicions.
+    """
 
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Slip]:
@@ -127,11 +139,11 @@ def _once(raised: Raised) -> list[Slip]:
     alike = defaultdict[tuple[str, str], Raised](list)
     for test, slip in raised:
         alike[slip.column, slip.meaning].append((test, slip))
-    told = []
+    merged = []
     for (test, slip), *others in alike.values():
         several = f"{test.experiment}, {len(others) + 1} specimens ({test.file.name})"
-        told.append(slip.model_copy(update={"where": several}) if others else slip)
-    return told
+        merged.append(slip.model_copy(update={"where": several}) if others else slip)
+    return merged
 
 
 def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> Raised:
@@ -170,8 +182,13 @@ def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> Raised:
         missed = np.linalg.norm(measured - ratio * simulated)
         if left[name] >= 0.5 or missed >= 0.5 * np.linalg.norm(measured):
             continue
-        slips = _OF_READING.get(CHANNELS[name].unit, {}).items()
+        slips = list(_OF_READING.get(CHANNELS[name].unit, {}).items())
         alike = [slip for slip in slips if _alike(abs(ratio), 1 / slip[1], policy)]
+        if slips and not alike and ratio > 0 and not 1 / policy.stiffest < ratio < policy.stiffest:
+            # no material is so far from the configured one: the nearest slip, if it is as near
+            nearest = min(slips, key=lambda slip: abs(math.log(ratio * slip[1])))
+            off = ratio * nearest[1]
+            alike = [nearest] if 1 / policy.stiffest < off < policy.stiffest else []
         if ratio < 0 and not alike:  # however much softer or stiffer the finger is, too
             alike = [(_REVERSED, 1.0)]
         raised += [

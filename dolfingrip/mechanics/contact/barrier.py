@@ -309,23 +309,24 @@ class BarrierContact(Term):
         a, b, c = (now[faces[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        around: list[set[int]] = [set() for _ in now]
-        for row, corners in enumerate(faces):
-            for corner in corners:
-                around[corner].add(row)
-        distances_mm = [np.inf]
-        for (kind, _, _), pair in _known(self._pairs(now, reach_mm)):
-            ids = [vertex for vertex in pair.vertex_ids(edges, faces) if vertex >= 0]
-            parts = ids[: PARTED[kind]], ids[PARTED[kind] :]
-            one, other = (set.intersection(*(around[vertex] for vertex in part)) for part in parts)
-            apart, _ = pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))
-            far = float(np.linalg.norm(apart))
-            if all(
-                np.abs(normals[list(triangles)] @ apart).max() > FACING * far
-                for triangles in (one, other)
-            ):
-                distances_mm.append(far)
-        return min(distances_mm)
+        pairs = list(_known(self._pairs(now, reach_mm)))
+        if not pairs:
+            return np.inf
+        ids = np.array([pair.vertex_ids(edges, faces) for _, pair in pairs])
+        of_first = np.arange(4) < np.array([[PARTED[kind]] for (kind, _, _), _ in pairs])
+        apart = np.array([
+            pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))[0]
+            for _, pair in pairs
+        ])  # fmt: skip
+        far, around = np.linalg.norm(apart, axis=1), _around(faces, len(now))
+        face = np.ones(len(pairs), dtype=bool)
+        for part in ((ids >= 0) & of_first, (ids >= 0) & ~of_first):
+            beside = around[np.take_along_axis(ids, part.argmax(axis=1)[:, None], axis=1)[:, 0]]
+            has = (faces[beside][..., None] == ids[:, None, None]).any(axis=2)
+            holds = (has | ~part[:, None]).all(axis=2)  # triangles that have the part's vertices
+            along = np.abs(np.einsum("nki,ni->nk", normals[beside], apart))
+            face &= (along * holds).max(axis=1) > FACING * far
+        return float(far[face].min(initial=np.inf))
 
     def intersects(self, dofs: np.ndarray) -> bool:
         """Return whether any two triangles pass through one another."""
@@ -340,6 +341,16 @@ def _collision_mesh(surface: Surface, jitter: np.ndarray, *, separate: bool) -> 
     if separate:
         mesh.can_collide = ipctk.make_connected_components_filter(faces)
     return mesh
+
+
+def _around(faces: np.ndarray, count: int) -> np.ndarray:
+    """(count, most) triangles around each vertex; the last one again where it has fewer."""
+    order = np.argsort(faces, axis=None)
+    numbers = np.bincount(faces.ravel(), minlength=count)
+    starts = np.cumsum(numbers) - numbers
+    place = np.minimum(np.arange(numbers.max()), np.maximum(numbers - 1, 0)[:, None])
+    triangles = np.append(order // 3, 0)  # a vertex of no triangle is in no pair
+    return np.asarray(triangles[np.minimum(starts[:, None] + place, len(order))])
 
 
 def _known(

@@ -85,6 +85,14 @@ def test_a_column_in_another_unit(wrong: float, column: str, factor: float, mean
     assert meaning in said.meaning
 
 
+@pytest.mark.parametrize("wrong", [0.4, 2.0, 3.0])
+def test_an_angle_in_radians_of_another_material(wrong: float) -> None:
+    """No modulus makes up for a ratio of 23 to 172."""
+    (said,) = found({"angle_deg": np.radians(angle_deg(PRESSURE))}, PRESSURE, wrong)
+    assert said.meaning == "an angle in radians"
+    assert found({"angle_deg": angle_deg(PRESSURE)}, PRESSURE, 3.9) == []
+
+
 @pytest.mark.parametrize("wrong", [0.8, 1.0, 1.25])
 @pytest.mark.parametrize(("factor", "unit"), [(100, "bar"), (1000, "MPa"), (6.895, "psi")])
 def test_pressure_in_another_unit(wrong: float, factor: float, unit: str) -> None:

@@ -5,6 +5,7 @@ Nothing was measured: what is simulated matters here.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
+from dolfingrip.diagnosis.data.suspicion import Suspicion
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import Policy
@@ -183,6 +185,25 @@ def test_moduli_at_which_the_finger_ends_before_its_readings_are_left(
     assert len(runs.u) == 1
     assert found.simulation.start is not None
     assert found.simulation.start.moduli == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_wrong_unit_is_suspected_before_anything_is_fitted(
+    simulation: FingerSimulation, measurement: Measurement
+) -> None:
+    """After the one simulation as configured, whose angles are read in radians."""
+    (there,) = simulate(measurement, block(), [ModelVariant(simulation.flat)], simulation.workers)
+    told: list[str] = []
+
+    class SuspectedError(Exception):
+        """Ends the diagnosis."""
+
+    def suspect(raised: Sequence[Suspicion]) -> None:
+        raise SuspectedError(*(suspicion.meaning for suspicion in raised))
+
+    wrong = measurement.reading(np.radians(there.readings))
+    with pytest.raises(SuspectedError, match="an angle in radians"):
+        analyse_fingers(wrong, block(), simulation.workers, [], None, told.append, suspect)
+    assert told == ["simulating the measurement as configured"]
 
 
 def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
