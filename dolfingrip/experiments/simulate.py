@@ -53,8 +53,10 @@ SHARED: Final[Shared] = same(function=FUNCTION)
 MORE_RANKS_THAN_CORES: Final = {
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_threads_pthreads_yield_strategy": "nanosleep",
 }
-"""Lets Open MPI 5 and 4 start more ranks than there are cores, as MPICH does anyway."""
+"""Lets Open MPI 5 and 4 start more ranks than there are cores, as MPICH does anyway. Ranks that
+wait for a message then sleep, as Linux makes processes that yield wait long for their turn."""
 
 _HINTS: Final[dict[int, str]] = {
     signal.SIGKILL: "mostly for want of memory; allowed: fewer --workers, or a coarser mesh",
