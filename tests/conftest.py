@@ -5,25 +5,20 @@ spares them.
 from __future__ import annotations
 
 import gc
-import hashlib
 import importlib.metadata
 import os
-import shlex
-import subprocess
-import sysconfig
+from collections import Counter
 from collections.abc import Generator, Iterator
 from functools import cache
 from importlib.util import find_spec
-from pathlib import Path
 
 import pytest
+from support import quick_forms
 
 import dolfingrip  # noqa: F401  # before DOLFINx, whose wheel needs MPI loaded first
 from dolfingrip.cli.installation import how_to_install
 
-# in a fourth of level 3's time; subprocesses inherit it, and it stands before any import of the
-# package, which reads it then
-os.environ.setdefault("DOLFINGRIP_OPTIMISATION", "1")
+quick_forms.set_level()  # before any import of the package's mechanics; subprocesses inherit it
 
 # setuptools, by which CFFI calls the compiler, reads the entry points of all packages six times for
 # each form: as long as the analysis of a small one takes
@@ -40,49 +35,10 @@ MOST = 4
 """Workers on machines of many cores: each takes 1 GB, and some tests start more processes."""
 
 
-HEADER = """#define _CFFI_
-#define Py_LIMITED_API
-#include <Python.h>
-"""
-"""What the source of each compiled form begins with: half of a small form's time."""
-
-COMPILER = [
-    # Registers are allocated at once, not loop by loop, and in kernels of more than 1,000
-    # instructions by the simple method that gcc otherwise keeps for a million: the search takes
-    # half of a long kernel's time, by its square, and kernels run 5 % faster by it.
-    "-fira-region=one", "--param", "ira-simple-lra-insn-threshold=1",
-    # Loops of element matrices in vector instructions, where their lengths are known: kernels in
-    # half the time for a fourteenth of the compiler's.
-    "-ftree-loop-vectorize", "-fvect-cost-model=very-cheap",
-]  # fmt: skip
-"""What suits forms that are compiled for a few seconds' run, beside -O1."""
-
-
-def _compiled_header() -> str:
-    """Compiler options by which forms take Python's header as it was compiled before."""
-    from dolfingrip.mechanics.model import jit
-
-    variables = sysconfig.get_config_vars()
-    call = [*shlex.split(variables["CC"]), *shlex.split(variables["CFLAGS"]), "-fPIC", "-std=c17"]
-    call += [*COMPILER, *jit.FLAGS, f"-I{sysconfig.get_path('include')}"]
-    key = hashlib.sha256(f"{call} {HEADER}".encode()).hexdigest()[:12]
-    file = Path(jit.options()["cache_dir"]) / "header" / f"{key}.h"
-    compiled = file.with_name(f"{file.name}.gch")
-    if not compiled.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(HEADER, encoding="utf-8")
-        made = compiled.with_suffix(f".{os.getpid()}")
-        call += ["-x", "c-header", str(file), "-o", str(made)]
-        if subprocess.run(call, capture_output=True, check=False).returncode != 0:
-            return ""
-        made.replace(compiled)
-    return f"{variables['CFLAGS']} {' '.join(COMPILER)} -include {file}"
-
-
 def pytest_configure(config: pytest.Config) -> None:
     """Prepare what workers inherit."""
     if not hasattr(config, "workerinput"):
-        os.environ.setdefault("CFLAGS", _compiled_header())
+        os.environ.setdefault("CFLAGS", quick_forms.flags())
 
 
 def _brought_by_an_extra(error: ModuleNotFoundError) -> str:
@@ -112,6 +68,13 @@ def pytest_runtest_setup() -> Generator[None]:
 def pytest_runtest_call() -> Generator[None]:
     """Skip a test that needs an extra which is not installed."""
     return (yield from _skipping())
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files that take longest come first, so that no worker has one of them left at the end."""
+    tests = Counter(item.path for item in items)
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    items.sort(key=lambda item: (-slow[item.path], -tests[item.path]))
 
 
 def pytest_collection_finish() -> None:

@@ -12,8 +12,10 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final
 
@@ -106,21 +108,42 @@ def answered(name: str, case: Case[Any], found: Diagnosis) -> Answered:
 
 
 def run(out: Path, workers: int, cases: Sequence[tuple[str, str, int]] = CASES) -> list[Answered]:
-    """Simulate, write, diagnose."""
-    benches: dict[str, Bench[Any]] = {}
-    found = []
+    """Simulate, write, diagnose: cases of one protocol after the other in one process.
+
+    Args:
+        out: folder of measurements and simulations.
+        workers: processes at once, each of which takes a protocol.
+        cases: protocol, kind and number of each.
+
+    Returns:
+        Answers in the order of the cases.
+    """
+    parts: dict[str, dict[str, tuple[str, int]]] = {}
     for name, (protocol, kind, number) in zip(names(), cases, strict=False):
-        if protocol not in benches:
-            folder = out / protocol
-            if protocol in fingers.PROTOCOLS:
-                benches[protocol] = fingers.bench(protocol, folder, workers, EFFECTS)
-            else:
-                benches[protocol] = coupons.bench(protocol, folder)
-        bench = benches[protocol]
+        parts.setdefault(protocol, {})[name] = kind, number
+    # fingers first, as they take longest
+    order = sorted(parts, key=lambda protocol: protocol not in fingers.PROTOCOLS)
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        jobs = [pool.submit(_of, protocol, parts[protocol], out, workers) for protocol in order]
+        answers = {answer.case: answer for job in jobs for answer in job.result()}
+    return [answers[name] for name in sorted(answers)]
+
+
+def _of(
+    protocol: str, cases: Mapping[str, tuple[str, int]], out: Path, workers: int
+) -> list[Answered]:
+    """Answer the cases of one protocol, by their names."""
+    folder = out / protocol
+    if protocol in fingers.PROTOCOLS:
+        bench: Bench[Any] = fingers.bench(protocol, folder, workers, EFFECTS)
+    else:
+        bench = coupons.bench(protocol, folder)
+    answers = []
+    for name, (kind, number) in cases.items():
         case = bench.drawn("development", kind, number)
-        found.append(answered(name, case, bench.diagnosed(case)))
-        print(f"{found[-1]}", flush=True)
-    return found
+        answers.append(answered(name, case, bench.diagnosed(case)))
+        print(f"{answers[-1]}", flush=True)
+    return answers
 
 
 def expected() -> list[Answered]:
