@@ -5,11 +5,9 @@ spares them.
 from __future__ import annotations
 
 import gc
-import importlib.metadata
 import os
 from collections import Counter
 from collections.abc import Generator, Iterator
-from functools import cache
 from importlib.util import find_spec
 
 import pytest
@@ -19,10 +17,6 @@ import dolfingrip  # noqa: F401  # before DOLFINx, whose wheel needs MPI loaded 
 from dolfingrip.cli.installation import how_to_install
 
 quick_forms.set_level()  # before any import of the package's mechanics; subprocesses inherit it
-
-# setuptools, by which CFFI calls the compiler, reads the entry points of all packages six times for
-# each form: as long as the analysis of a small one takes
-importlib.metadata.entry_points = cache(importlib.metadata.entry_points)
 
 # Commands and workers that tests start find modules compiled to bytecode, as a user's do.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

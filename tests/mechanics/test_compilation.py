@@ -13,7 +13,9 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -196,3 +198,23 @@ def test_what_another_process_has_begun_stays_on_a_disk_without_locks(
     assert compiled(folder, get, "a form") == "loaded"
     assert (folder / "code").exists()
     assert begun.exists() is not locks
+
+
+def test_a_process_lists_entry_points_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of all packages, which setuptools wants six times for each form."""
+    looks: list[str] = []
+    distributions = metadata.distributions
+
+    def noted(**where: Any) -> Any:
+        looks.append("looked")
+        return distributions(**where)
+
+    monkeypatch.setattr(metadata, "distributions", noted)
+    for cache in ("first", "second"):
+        use(monkeypatch, compiling.environment(tmp_path, cache=cache))
+        before = len(looks)
+        assert compiling.is_one(compiling.volume())
+    assert compiling.compiles(tmp_path) == 2
+    assert len(looks) == before
+    metadata.entry_points()  # others ask as ever
+    assert len(looks) == before + 1

@@ -19,6 +19,8 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -123,7 +125,7 @@ def _made[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
     place = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:8]}.part")
     place.mkdir()
     try:
-        with _watched(lambda: f"compiling {what}"), _IN_PROCESS:
+        with _watched(lambda: f"compiling {what}"), _IN_PROCESS, _listed_once():
             made = get(place)
         try:
             place.rename(folder)
@@ -133,6 +135,23 @@ def _made[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
         return made
     finally:
         shutil.rmtree(place, ignore_errors=True)
+
+
+_entry_points = cache(metadata.entry_points)
+
+
+@contextmanager
+def _listed_once() -> Iterator[None]:
+    """Let setuptools, by which CFFI calls the compiler, list entry points once a process.
+
+    It reads those of all packages six times for each form, which takes a second.
+    """
+    entry_points = metadata.entry_points
+    metadata.entry_points = lambda **selected: _entry_points().select(**selected)
+    try:
+        yield
+    finally:
+        metadata.entry_points = entry_points
 
 
 @contextmanager
