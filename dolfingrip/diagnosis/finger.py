@@ -19,8 +19,8 @@ from dolfingrip.channels import TIME
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance
-from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation.nuisances import keys, nuisances
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.simulation.nuisances import displayed, keys, nuisances, told_of
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
@@ -265,6 +265,7 @@ class FingerSimulation:
     ) -> np.ndarray:
         """Readings and derivatives, (n, 1 + d), as instruments show them."""
         numbers = [*point.numbers]
+        applied = self.measurement.applied(self.config)
 
         def shows(place: int | None = None) -> np.ndarray:
             """(n,) readings with one number by a step of its coordinate on."""
@@ -275,18 +276,18 @@ class FingerSimulation:
                 at += len(zeta)
                 if shown(cause):
                     moved.append((cause, zeta + step))
-            on: Change = {}
-            for cause, zeta in moved:
-                on = {**on, **cause.overrides(zeta)}
-            config = changed(self.applied, on)
-            displayed = {}
+            configs = {
+                test.number: changed(config, _errors(moved, test))
+                for test, config in zip(self.measurement.tests, applied, strict=True)
+            }
+            rows_there = {}
             for tests, columns in rows.items():
                 true = {name: values[0].copy() for name, values in columns.items()}
                 if place is not None:
                     for name, values in columns.items():
                         true[name] += STEP * by[place] * values[1 + place]
-                displayed[tests] = self._shown_rows(config, tests, true)
-            return self.measurement.collected(displayed)
+                rows_there[tests] = true
+            return self.measurement.collected(displayed(self.measurement, rows_there, configs))
 
         here = shows()
         slopes = [(shows(place) - here) / STEP for place in range(len(by))]
@@ -296,22 +297,6 @@ class FingerSimulation:
                 slopes[place] /= float(number.coordinate(np.array(zeta))[1])
         return np.column_stack([here + self.delta, *slopes])
 
-    def _shown_rows(
-        self, config: Config, tests: Sequence[int], true: Mapping[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        """Rows of some tests as instruments show them, by column."""
-        readings = self.measurement.readings
-        displayed = {name: np.full(len(readings), np.nan) for name in true}
-        test, time_s = readings["test"].to_numpy(), readings["time_s"].to_numpy()
-        for number in tests:
-            mine = test == number
-            of_test = {name: values[mine] for name, values in true.items()}
-            of_test[TIME.name] = time_s[mine] - time_s[mine][0]
-            for name, values in config.extensions.displayed(of_test).items():
-                if name in displayed:
-                    displayed[name][mine] = values
-        return displayed
-
 
 def shown(cause: Cause) -> bool:
     """Tell whether a cause acts on what instruments show alone.
@@ -320,6 +305,16 @@ def shown(cause: Cause) -> bool:
         cause: an effect of the catalogue.
     """
     return issubclass(effect(cause.name), Displaying)
+
+
+def _errors(causes: Iterable[tuple[Cause, np.ndarray]], test: SpecimenTest) -> Change:
+    """Change to a test's set-up by errors of instruments; a camera's act where one is told of."""
+    change: Change = {}
+    for cause, zeta in causes:
+        kind = effect(cause.name)
+        if not kind.told_by or told_of(kind, test):
+            change = {**change, **cause.overrides(zeta)}
+    return change
 
 
 def _felt(cause: Cause, experiment: str, config: Config) -> bool:

@@ -16,6 +16,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from dolfingrip.sections import units
+from dolfingrip.sections.fixture import Camera
 from dolfingrip.sections.section import Entry, Role, Section
 
 if TYPE_CHECKING:  # what hooks receive: their modules import the solver
@@ -238,11 +239,12 @@ class Relaxing(Protocol):
 class Displaying(Protocol):
     """An effect on what instruments show."""
 
-    def reading(self, true: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+    def reading(self, true: Mapping[str, np.ndarray], camera: Camera) -> Mapping[str, np.ndarray]:
         """Readings, by column, that are displayed wrongly, (rows,) each.
 
         Args:
             true: readings of a run that begins at rest at 0 s, (rows,) each in the order of time.
+            camera: set-up of the camera.
         """
 
 
@@ -263,6 +265,9 @@ class Effect(Section):
         tried: whether a diagnosis tries it as a cause.
         told: how a laboratory tells it that never knows it exactly: every hypothesis fits it, and
             it is a cause where it is implausible. Of others the key is empty.
+        told_by: how a laboratory tells numbers that are integrated out where it does so, by their
+            keys; where they are implausible it is a cause. Without such a report it is none.
+        replaces: effects that are no causes of readings whose errors are told so.
         checks: measurements that tell its numbers by themselves.
         shapeless: parameters that do not alter the shape of its change: they hardly matter, or they
             multiply the amplitude.
@@ -284,6 +289,8 @@ class Effect(Section):
     clock: ClassVar[bool] = False
     tried: ClassVar[bool] = True
     told: ClassVar[LabNumber] = NEVER
+    told_by: ClassVar[Mapping[str, LabNumber]] = {}
+    replaces: ClassVar[tuple[str, ...]] = ()
     checks: ClassVar[tuple[DirectCheck, ...]] = ()
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()

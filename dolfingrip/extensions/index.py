@@ -23,14 +23,18 @@ from dolfingrip.extensions.effect import (
     StrainEnergy,
     Uneven,
 )
+from dolfingrip.sections.fixture import Camera
 from dolfingrip.sections.lookup import classes
 from dolfingrip.sections.section import Role, Section
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
-SHARED = ("effect", "index", "kinds", "site", "supply")
+SHARED = ("camera", "effect", "index", "kinds", "site", "supply")
 """Files that effects share. Each other file of this folder holds one effect."""
+
+FAR = Camera()
+"""A camera of which nothing is told."""
 
 
 EFFECTS: tuple[type[Effect], ...] = tuple(
@@ -72,6 +76,14 @@ def fitted_effects() -> list[type[Effect]]:
     Each has :attr:`~dolfingrip.extensions.effect.Effect.told`.
     """
     return [effect for effect in EFFECTS if effect.told.key]
+
+
+def camera_errors() -> list[type[Effect]]:
+    """List the effects whose numbers are integrated out where a laboratory tells them.
+
+    Each has :attr:`~dolfingrip.extensions.effect.Effect.told_by`.
+    """
+    return [effect for effect in EFFECTS if effect.told_by]
 
 
 class Switched(Section):
@@ -117,18 +129,21 @@ class Switched(Section):
         """Further energies of all effects."""
         return [term for effect in self.active(Joining) for term in effect.terms(site)]
 
-    def displayed(self, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def displayed(
+        self, true: Mapping[str, np.ndarray], camera: Camera = FAR
+    ) -> dict[str, np.ndarray]:
         """Distort the readings of a run so far by the instruments, one after the other.
 
         Args:
             true: true readings by column, (rows,) each in the order of time, in the columns' units.
+            camera: set-up of the camera.
 
         Returns:
             What the instruments show by column, (rows,) each, in the same units.
         """
         shown = dict(true)
         for effect in self.active(Displaying):
-            shown |= effect.reading(shown)
+            shown |= effect.reading(shown, camera)
         return shown
 
     def without(self, kind: type[Any]) -> Self:

@@ -16,6 +16,7 @@ from dolfingrip.channels import Channel
 from dolfingrip.extensions.effect import DirectCheck, Effect, FittedKey, Setup, Site, StrainEnergy
 from dolfingrip.forms import transient_network
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.fixture import Camera
 from dolfingrip.sections.section import FINGERS
 
 MANOMETER: Final = "a manometer at the finger's inlet, at rest and at the highest pressure"
@@ -174,7 +175,7 @@ class Instrument(Effect):
         """
         raise NotImplementedError
 
-    def reading(self, true: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+    def reading(self, true: Mapping[str, np.ndarray], camera: Camera) -> Mapping[str, np.ndarray]:
         # a free finger's row has no force, and a coupon's row has no angle
         name = self.channel.name
         return {name: self.displayed(true)} if name in true else {}

@@ -10,7 +10,7 @@ from typing import Final
 
 from dolfingrip.config import Change, Config
 from dolfingrip.extensions.effect import Stage
-from dolfingrip.extensions.index import fitted_effects
+from dolfingrip.extensions.index import camera_errors, fitted_effects
 from dolfingrip.parameter.search import find, moduli
 
 WALL: Final = "wall"
@@ -34,6 +34,11 @@ def known() -> dict[str, tuple[float, str]]:
             0.01,
             "relative, of a coupon's force and width: what no simple law of a material follows",
         ),
+        **{
+            report.key: (report.std, report.words)
+            for effect in camera_errors()
+            for report in effect.told_by.values()
+        },
     }
 
 

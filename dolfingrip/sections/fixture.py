@@ -75,7 +75,7 @@ class Camera(Section):
 
     role: ClassVar = Role.INSTRUMENT
     felt_by: ClassVar = ("finger",)
-    later: ClassVar = {"markers": 0}
+    later: ClassVar = {"markers": 0, "distance_mm": None, "centre_mm": None, "scale_mm": None}
 
     chord: Literal["centres", "back edges", "points"] = Field(
         "centres",
@@ -92,6 +92,15 @@ class Camera(Section):
         description="number of markers along the middle of the back, at equal distances, the last "
         "one at the tip; or x and z (mm) of each at rest on the finger's side, as [[1.5, 20], …]; "
         "each has columns marker_1_x_mm, marker_1_z_mm, …",
+    )
+    distance_mm: float | None = Field(
+        None, gt=0, le=1e6, description="of the camera from the plane of bending; default: far"
+    )
+    centre_mm: Place | None = Field(
+        None, description="x and z from the clamp in the picture's middle; default: the clamp"
+    )
+    scale_mm: Annotated[tuple[Place, Place], Field(strict=False)] | None = Field(
+        None, description="ends (x and z) of the length in the picture that told its scale"
     )
 
     def refusals(self) -> Iterator[Refusal]:

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, curvature, marker
+from dolfingrip.extensions.camera import turns_per_m
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.points import CORNER, TrackedPoints
 
@@ -53,7 +54,10 @@ class Body:
         readings: (frames,) by column.
         noise: (frames,) standard deviations of what changes from frame to frame, by column.
         common: (frames,) standard deviations of what all frames have in common, by column.
+        draws: readings by other cameras that fit what was seen, of the same tilt where nothing
+            tells it.
         rest_mm: (points, 2) x and z at rest.
+        frame: where the finger is in the plane of bending.
         from_clamp: whether places count from the clamp.
         bends: the side of the picture to which it bends.
         askew_deg: angle between the finger at rest and the sheet's edge; NaN without a sheet.
@@ -66,7 +70,9 @@ class Body:
     readings: dict[str, Floats]
     noise: dict[str, Floats]
     common: dict[str, Floats]
+    draws: list[dict[str, Floats]]
     rest_mm: Floats
+    frame: Frameless
     from_clamp: bool
     bends: str
     askew_deg: float
@@ -120,11 +126,12 @@ def read(
         tags = None if corners is None else turned.of(camera.plane_mm(corners, unknowns))
         return _readings(turned.of(places_mm), tags, at_rest, np.isfinite(turned.origin_mm).all())
 
+    def drawn(of: Calibration) -> list[dict[str, Floats]]:
+        return [values(points.px, points.corners_px, draw) for draw in of.draws(DRAWS, generator)]
+
     readings = values(points.px, points.corners_px, None)
-    common = _spread(
-        readings,
-        [values(points.px, points.corners_px, draw) for draw in camera.draws(DRAWS, generator)],
-    )
+    draws = drawn(camera.square)
+    common = _spread(readings, draws if camera.has_sheet else drawn(camera))
     noisy = []
     for _ in range(DRAWS):
         jitter = generator.standard_normal(points.px.shape) * noise_px[:, :, None]
@@ -147,7 +154,8 @@ def read(
     if points.corners_px is not None or not from_clamp:
         compared.insert(0, ANGLE.name)
     return Body(
-        readings, _spread(readings, noisy), common, np.nanmedian(frame.of(plane[at_rest]), axis=0),
+        readings, _spread(readings, noisy), common, draws,
+        np.nanmedian(frame.of(plane[at_rest]), axis=0), frame,
         from_clamp, bends, askew, compared, defined,
     )  # fmt: skip
 
@@ -200,15 +208,8 @@ def _readings(
             readings[marker(i + 1, "x").name] = places[:, i, 0]
             readings[marker(i + 1, "z").name] = places[:, i, 1]
     for i in range(1, count - 1):
-        before, after = places[:, i] - places[:, i - 1], places[:, i + 1] - places[:, i]
-        turn = np.arctan2(_cross(before, after), (before * after).sum(axis=1))
-        lengths = np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)
-        readings[curvature(i + 1).name] = 2e3 * turn / lengths
+        readings[curvature(i + 1).name] = turns_per_m(places[:, i - 1 : i + 2])
     return readings
-
-
-def _cross(first: Floats, second: Floats) -> Floats:
-    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
 def _line(start: Floats, end: Floats, at_rest: Floats) -> Floats:

@@ -8,7 +8,7 @@ wide as its prior, so a scale of two points says nothing of the camera's tilt, a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -101,6 +101,7 @@ class Calibration:
         by: what the scale is from.
         residual_px: root mean square of the sheet's corners; NaN without a sheet.
         has_sheet: whether a sheet tells the pose.
+        ends_px: (2, 2) ends of the only length that told the scale; None: otherwise.
     """
 
     size_px: tuple[int, int]
@@ -110,6 +111,7 @@ class Calibration:
     by: str
     residual_px: float = float("nan")
     has_sheet: bool = False
+    ends_px: Floats | None = None
     doubts: list[str] = field(default_factory=list)
 
     def plane_mm(self, points_px: Floats, unknowns: Floats | None = None) -> Floats:
@@ -139,6 +141,31 @@ class Calibration:
     def tilt_deg(self) -> float:
         """Angle between the camera's axis and the normal of the sheet, or of the plane."""
         return float(np.degrees(np.arccos(np.clip(_rotation(self.mean)[2, 2], -1, 1))))
+
+    @property
+    def square(self) -> Calibration:
+        """The same camera, of which a tilt that nothing tells is no error."""
+        if self.has_sheet:
+            return self
+        certain = self.covariance.copy()
+        certain[TURN] = certain[:, TURN] = 0.0
+        return replace(self, covariance=certain)
+
+    @property
+    def axis_std_deg(self) -> float:
+        """Standard deviation of the axis from the normal of the plane, about either axis."""
+        draws = self.draws(DRAWS, np.random.default_rng(0))
+        normals = []
+        for unknowns in [self.mean, *draws]:
+            normal = np.r_[-np.tan(unknowns[12:14]), 1.0]
+            normals.append(_rotation(unknowns) @ normal / np.linalg.norm(normal))
+        off = np.array(normals[1:]) - normals[0]
+        return float(np.degrees(np.sqrt((off**2).sum(axis=1).mean() / 2)))
+
+    @property
+    def distance_mm(self) -> float:
+        """Distance of the camera from the plane of bending."""
+        return float(np.exp(self.mean[10]) - self.mean[FRONT])
 
     def scale(self, at_px: Floats) -> tuple[float, float]:
         """Millimetres per pixel in the plane at a point, and their relative standard deviation.
@@ -300,7 +327,8 @@ def of_lengths(
         return np.array(rows)
 
     fit = _fit(misfit, mean.copy(), mean, std)
-    return Calibration(size_px, fit.x, _covariance(fit), std, by)
+    ends = lengths[0].ends_px if len(lengths) == 1 else None
+    return Calibration(size_px, fit.x, _covariance(fit), std, by, ends_px=ends)
 
 
 def of_space(size_px: tuple[int, int]) -> Calibration:

@@ -14,13 +14,14 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.files import table, whole
 from dolfingrip.tracking.body import Body
+from dolfingrip.tracking.errors import SharedErrors, rms
 
 MOST_ROWS: Final = 400
 """Rows of a table at most; frames between are left out, as a motion is far slower than a video."""
 
 
 def write(
-    fingers: Mapping[str, Body],
+    fingers: Mapping[str, tuple[Body, SharedErrors]],
     frames: Sequence[str],
     time_s: np.ndarray,
     control: Mapping[str, np.ndarray],
@@ -31,7 +32,7 @@ def write(
     """Write a CSV and a TOML for each finger, and all its readings with their errors by frame.
 
     Args:
-        fingers: readings by the name of the table.
+        fingers: readings and what their frames share, by the name of the table.
         frames: names of the frames.
         time_s: (frames,) by the video's clock; NaN of pictures.
         control: (frames,) by column, as the pressure; NaN where the log has none.
@@ -47,14 +48,14 @@ def write(
     """
     written = []
     timed = {TIME.name: time_s} if np.isfinite(time_s).all() else {}
-    for name, body in fingers.items():
+    for name, (body, errors_of_all) in fingers.items():
         columns = {column: body.readings[column] for column in body.compared}
         rows = _rows({**timed, **control}, columns)
         csv = out / f"{name}.csv"
         head = list(rows[0]) if rows else [*timed, *control, *columns]
         whole.write_together({
             csv: table.lines([dict(zip(head, head, strict=True)), *rows], head),
-            csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, columns, sentences)),
+            csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, errors_of_all, sentences)),
         })  # fmt: skip
         errors = {f"noise_{column}": values for column, values in body.noise.items()}
         errors |= {f"common_{column}": values for column, values in body.common.items()}
@@ -86,28 +87,22 @@ def _text(value: float) -> str:
     return f"{value + 0.0:.6g}" if np.isfinite(value) else ""
 
 
-def _setup(body: Body, columns: Mapping[str, Any], sentences: Sequence[str]) -> Any:
+def _setup(body: Body, errors: SharedErrors, sentences: Sequence[str]) -> Any:
     document = tomlkit.document()
-    for text in (
-        *sentences,
-        *(f"{name}: {what}" for name, what in body.defined.items() if name in columns),
-    ):
+    defined = [f"{name}: {what}" for name, what in body.defined.items() if name in body.compared]
+    for text in (*sentences, *defined):
         document.add(tomlkit.comment(" ".join(text.split())))
     document.add("experiment", "bending")
-    camera = tomlkit.table()
-    if body.from_clamp:
-        markers = [[round(float(x), 3), round(float(z), 3)] for x, z in body.rest_mm]
-        camera.add("markers", markers)
+    camera = errors.camera.model_dump(mode="json", exclude_defaults=True)
+    if camera:
         document.add("camera", camera)
-    noise, drifting = tomlkit.table(), tomlkit.table()
-    for name in columns:
-        noise.add(name, _rms(body.noise[name]))
-        drifting.add(name, _rms(body.common[name]))
-    drifting.comment("what all frames have in common: scale, tilt, lens, zero")
-    noise.add("correlated", drifting)
-    document.add("noise", noise)
+    noise = {name: _digits(rms(body.noise[name])) for name in body.compared}
+    drifting = tomlkit.item({name: _digits(errors.left[name]) for name in body.compared})
+    drifting.comment("what all frames share beside the camera's errors below")
+    document.add("noise", {**noise, "correlated": drifting})
+    document.add("nuisance", {key: _digits(std) for key, std in errors.stds.items()})
     return document
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(f"{max(np.sqrt(np.nanmean(values**2)), 1e-4):.3g}")
+def _digits(std: float) -> float:
+    return float(f"{max(std, 1e-4):.3g}")

@@ -20,6 +20,7 @@ from dolfingrip.tracking import body as bodies
 from dolfingrip.tracking import plane, table
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.body import Body
+from dolfingrip.tracking.errors import shared
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.scale import calibrate
 from dolfingrip.tracking.watch import Watched
@@ -184,7 +185,10 @@ def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
         The CSV files.
     """
     several = len(tracked.bodies) > 1
-    fingers = {f"{name}_{i}" if several else name: body for i, body in enumerate(tracked.bodies, 1)}
+    fingers = {
+        f"{name}_{i}" if several else name: (body, shared(body, tracked.camera, tracked.clock))
+        for i, body in enumerate(tracked.bodies, 1)
+    }
     points = tracked.watched.points
     frames, control = points.names, tracked.control
     return table.write(fingers, frames, points.time_s, control, tracked.told, out, config)

@@ -4,20 +4,24 @@ Each is a change of all readings at one standard deviation. They come from the f
 sensitivities of one base simulation; the numbers are those of
 :func:`dolfingrip.parameter.nuisances.known`, or the laboratory's own, in the table
 ``[nuisance]`` of its TOML. There it can give any parameter of the configuration one, too. A
-modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.simulated`.
+modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.simulated`. What a
+camera's errors change follows from the simulated readings.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.channels import TIME
+from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown
-from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, in_proportion
+from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.effect import Effect, FittedKey
-from dolfingrip.extensions.index import fitted_effects
+from dolfingrip.extensions.index import camera_errors, fitted_effects
 from dolfingrip.parameter import every, named
 from dolfingrip.parameter.nuisances import SPECIMEN, changes, known, modulus_keys
 from dolfingrip.sections import units
@@ -61,6 +65,8 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
     numbers = {cls.told: fitted_in(cls, measurement, config) for cls in fitted_effects()}
     felt = {report.key: bool(pairs) for report, pairs in numbers.items()}
     felt |= {"coupon_area": coupons, "coupon_slack_mm": coupons}
+    seen = any(test.of_finger for test in tests)
+    felt |= {report.key: seen for cls in camera_errors() for report in cls.told_by.values()}
     usual = [key for key in known() if felt.get(key, True)]
     fitted = {number.key: report for report, pairs in numbers.items() for _, number in pairs}
     for test in tests:
@@ -125,11 +131,79 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
         for cls in fitted if cls.told.each_time
         for name, numbers in _each_time(cls, measurement, configs).items()
     ]  # fmt: skip
+    every += _of_camera(measurement, base)
     names = list(dict.fromkeys(t.specimen for t in measurement.tests))
     if len(names) > 1:
         specimen = listed["specimen"].to_numpy()
         every += [of(SPECIMEN, specimen == name, f"{SPECIMEN} of {name}") for name in names]
     return [nuisance for nuisance in every if np.nan_to_num(nuisance.change).any()]
+
+
+def told_of(cls: type[Effect], test: SpecimenTest) -> Mapping[str, float]:
+    """Standard deviations of an effect's numbers that a test's set-up tells, by their keys.
+
+    Args:
+        cls: an effect with :attr:`~dolfingrip.extensions.effect.Effect.told_by`.
+        test: one of a measurement.
+    """
+    stds = {
+        key: report.spread(test.setup.nuisances[report.key], float(cls.neutral[key]))
+        for key, report in cls.told_by.items()
+        if test.of_finger
+    }
+    return {key: std for key, std in stds.items() if std}
+
+
+def displayed(
+    measurement: Measurement, rows: Rows, configs: Mapping[int, Config]
+) -> dict[tuple[int, ...], dict[str, np.ndarray]]:
+    """Readings at the rows as instruments show them.
+
+    Args:
+        measurement: with the rows.
+        rows: true ones, (rows,) each, by the tests that they are of and by column.
+        configs: set-up and errors of the instruments, by the number of each test.
+    """
+    readings, shown = measurement.readings, dict[tuple[int, ...], dict[str, np.ndarray]]()
+    test, time_s = readings["test"].to_numpy(), readings["time_s"].to_numpy()
+    for tests, columns in rows.items():
+        shown[tests] = {name: np.full(len(readings), np.nan) for name in columns}
+        for number in tests:
+            mine = test == number
+            true = {name: values[mine] for name, values in columns.items()}
+            true[TIME.name] = time_s[mine] - time_s[mine][0]
+            config = configs[number]
+            for name, values in config.extensions.displayed(true, config.camera).items():
+                if name in columns:
+                    shown[tests][name][mine] = values
+    return shown
+
+
+def _of_camera(measurement: Measurement, base: SimulatedReadings) -> Iterator[Nuisance]:
+    """What the errors of cameras that laboratories tell change, one of each number."""
+    count, rows = len(measurement.readings), dict[tuple[int, ...], dict[str, np.ndarray]]()
+    for run in base.runs:
+        rows[run.group.tests] = {
+            name: run.schedule.at_rows(values[None], count, force=run.force(name))[0]
+            for name, values in run.columns().items()
+            if name != TIME.name and len(values)
+        }
+    configs = {number: run.config for run in base.runs for number in run.group.tests}
+    true = measurement.collected(displayed(measurement, rows, configs))
+    for cls in camera_errors():
+        for key, report in cls.told_by.items():
+            off, most = dict(configs), 0.0
+            for test in measurement.tests:
+                if std := told_of(cls, test).get(key, 0.0):
+                    error: Change = {**cls.neutral, key: float(cls.neutral[key]) + std}
+                    named_so = {f"extensions.{cls.name()}.{k}": v for k, v in error.items()}
+                    off[test.number] = changed(configs[test.number], named_so)
+                    most = max(most, test.setup.nuisances[report.key])
+            if most:
+                shown = measurement.collected(displayed(measurement, rows, off))
+                name = f"{report.key}, {key}"
+                unknown = Unknown.marginal(name, most, units.unit(report.key))
+                yield Nuisance(unknown, shown - true)
 
 
 def _each_time(

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation.nuisances import feels, fitted_in
+from dolfingrip.diagnosis.simulation.nuisances import feels, fitted_in, told_of
 from dolfingrip.extensions.effect import Prior, Stage
-from dolfingrip.extensions.index import effect, fitted_effects
+from dolfingrip.extensions.index import camera_errors, effect, fitted_effects
 from dolfingrip.parameter import every
 from dolfingrip.parameter.nuisances import modulus_keys
 from dolfingrip.sections.section import Entry, Role
@@ -32,16 +32,58 @@ def unknowns(
 
     Raises:
         ConfigError: one line with the name of a number of a finger's rig, and the readings that
-            feel it, where no reading is of such a rig.
+            feel it, where no reading is of such a rig; or with that of an error of a camera that no
+            set-up tells, or of a sensor in the place of a camera.
     """
     for cls in fitted_effects():
         asked_for = cls.name() in (names or ())
         if asked_for and not any(feels(cls, test) for test in measurement.tests):
             which = "a blocked finger" if cls.felt_by == ("plate",) else "a finger"
             raise ConfigError(f"--effects {cls.name()}: allowed: with readings of {which}")
-    applied = measurement.applied(config)
-    every_cause = causes(measurement.lab(config), names, measurement.policy)
+    applied, cameras = measurement.applied(config), _camera_errors(measurement)
+    fingers = [test for test in measurement.tests if test.of_finger]
+    replaced = {
+        name for name_of, stds in cameras.items() if stds for name in effect(name_of).replaces
+        if fingers and all(told_of(effect(name_of), test) for test in fingers)
+    }  # fmt: skip
+    for name in names or ():
+        if name in replaced:
+            of_camera = ", ".join(cls for cls in cameras if name in effect(cls).replaces)
+            raise ConfigError(f"--effects {name}: allowed: {of_camera}, as a camera shows it")
+        if name in cameras and not cameras[name]:
+            told = ", ".join({report.key: 0 for report in effect(name).told_by.values()})
+            raise ConfigError(f"--effects {name}: allowed: with [nuisance] {told} in a set-up")
+    every_cause = [
+        _implausible(cause, cameras[cause.name], measurement.policy.reach)
+        if cause.name in cameras else cause
+        for cause in causes(measurement.lab(config), names, measurement.policy)
+        if cause.name not in replaced and cameras.get(cause.name, True)
+    ]  # fmt: skip
     return [cause for cause in every_cause if all(map(effect(cause.name).possible, applied))]
+
+
+def _camera_errors(measurement: Measurement) -> dict[str, dict[str, float]]:
+    """Standard deviations of cameras' errors as told, by the effect and the key of each number."""
+    stds: dict[str, dict[str, float]] = {cls.name(): {} for cls in camera_errors()}
+    for test in measurement.tests:
+        for name, by_key in stds.items():
+            for key, std in told_of(effect(name), test).items():
+                by_key[key] = max(std, by_key.get(key, 0.0))
+    return stds
+
+
+def _implausible(cause: Cause, stds: Mapping[str, float], reach: float) -> Cause:
+    """Return a cause of numbers that are integrated out, where they are far from what was told."""
+    numbers, held = [], list(cause.held)
+    for number in cause.numbers:
+        std = stds.get(number.key.rpartition(".")[2])
+        if std is None:
+            held.append((number, cause.neutral(number)))
+            continue
+        start = cause.neutral(number)
+        told = replace(number, prior=replace(number.prior, mean=start, spread=std))
+        numbers += [far.reaching(reach) for far in told.implausible().numbers]
+    return replace(cause, numbers=tuple(numbers), held=tuple(held))
 
 
 def rig_numbers(

@@ -91,7 +91,7 @@ class Rig(ABC):
 
     def displayed(self, config: Config, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """A run's readings so far, (rows,) by column, with the errors of instruments."""
-        return config.extensions.displayed(true)
+        return config.extensions.displayed(true, config.camera)
 
     def shown(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
         """The next row as the instruments show it, which may depend on the rows before."""
