@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Iterator
 from http.client import HTTPConnection
 from pathlib import Path
@@ -13,12 +14,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from starlette.testclient import TestClient
+from support import chromium
 from support.filmed import Filmed, arc, write
 from typer.testing import CliRunner
 
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError
-from dolfingrip.tracking.pick import application
+from dolfingrip.serving.listening import bound
+from dolfingrip.tracking.pick import application, clicked
 
 PORT = 8766
 HERE = f"http://127.0.0.1:{PORT}"
@@ -72,6 +75,40 @@ def test_what_no_page_sends(client: tuple[TestClient, list[np.ndarray]], sent: s
     too_long = page.post("/dots", content="1" * 200_000, headers={"origin": HERE})
     assert too_long.status_code == 413
     assert not taken
+
+
+def test_dots_are_clicked_in_a_browser() -> None:
+    """Also where the picture is shown smaller; a click on a ring takes it away."""
+    image = np.full((1200, 3000, 3), 200, np.uint8)
+    told: list[str] = []
+    places: list[np.ndarray] = []
+
+    def serve() -> None:
+        places.append(clicked(image, "wide.jpg", bound("127.0.0.1", 0), TOKEN, told.append))
+
+    server = threading.Thread(target=serve)
+    server.start()
+    while not told:
+        time.sleep(0.05)
+    with chromium.browser() as found:
+        page = found.new_page(viewport={"width": 900, "height": 700})
+        said = chromium.heard(page)
+        page.goto(told[0])
+        shown = page.locator("#image")
+        box = shown.bounding_box()
+        assert box is not None
+        assert box["width"] < 900
+        assert page.locator("#done").is_disabled()
+        for u, v in ((0.1, 0.2), (0.5, 0.5), (0.7, 0.3), (0.9, 0.8)):
+            page.mouse.click(box["x"] + u * box["width"], box["y"] + v * box["height"])
+        page.get_by_label("dot 3: take it away").click()
+        assert page.locator("#said").inner_text() == "3 dots"
+        page.locator("#done").click()
+        page.get_by_text("These dots are followed").wait_for()
+        assert not said.errors
+    server.join()
+    expected = np.array([[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]]) * [3000, 1200] - 0.5
+    np.testing.assert_allclose(places[0], expected, atol=3.5)
 
 
 def send(address: str, places_px: np.ndarray) -> None:
