@@ -10,10 +10,11 @@ from dolfingrip.cli.settings import ExploreSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign.plan import FIELDS
 from dolfingrip.explore import server, space
-from dolfingrip.explore.guard import LOOPBACK, Handover
 from dolfingrip.explore.library import Library
 from dolfingrip.explore.session import Session
 from dolfingrip.report.page import sources
+from dolfingrip.serving.guard import LOOPBACK, Handover
+from dolfingrip.serving.listening import bound
 
 
 def explore(args: ExploreSettings) -> None:
@@ -40,7 +41,7 @@ def explore(args: ExploreSettings) -> None:
             elif source.kind == "doe":  # of doe --fields
                 for kept in sorted((source.folder / FIELDS).glob("*/*")):
                     library.add(kept)
-    listening = server.bound(args.host, port)
+    listening = bound(args.host, port)
 
     def say(address: str) -> None:
         handover.write(address)

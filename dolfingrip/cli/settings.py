@@ -589,6 +589,7 @@ class TrackSettings(ConfiguredSettings):
     points: str | None = option(
         None, "Places of dots in the first frame: 'X,Y X,Y …' (px); or names of points in a file."
     )
+    pick: bool = option(False, "Click the dots on the first frame, in the browser.")
     unit: Literal["px", "mm", "cm", "m", "in"] | None = option(
         None, "Unit of another program's points, where its file tells none."
     )

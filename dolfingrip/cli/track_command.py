@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import re
 import shlex
+import webbrowser
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +51,8 @@ def track_video(args: TrackSettings) -> None:
             watched, request = foreign.load(args.files[0], request, until_s)
     else:
         source = frames.open_frames(args.files, until_s)
+        if args.pick:
+            request = replace(request, points_px=_picked(source, args, screen))
         with shown(screen, "frames", total=source.expected) as progress:
             watched = watch.watch(source, request, args.out, progress)
     tracked = track.understand(watched, request, log, config)
@@ -57,6 +61,27 @@ def track_video(args: TrackSettings) -> None:
         with shown(screen, "frames drawn", total=source.expected) as progress:
             show.show(source, tracked, args.out, progress)
     _tell(tracked, written, args, screen)
+
+
+def _picked(source: frames.FrameSource, args: TrackSettings, screen: Screen) -> np.ndarray:
+    """Dots (n, 2) that a person clicks in the browser, told as the option that repeats them."""
+    from dolfingrip.serving.guard import Handover
+    from dolfingrip.tracking.pick import pick
+
+    for name in ("points", "tags"):
+        if getattr(args, name) is not None:
+            raise ConfigError(f"--pick: allowed: without --{name}")
+    handover = Handover.of(args.out)
+
+    def say(address: str) -> None:
+        handover.write(address)
+        screen.say(f"click the dots: {address}")
+        webbrowser.open(handover.file.as_uri())
+
+    places_px = pick(next(iter(source)), source.name, say)
+    text = " ".join(f"{u:.1f},{v:.1f}" for u, v in places_px)
+    screen.say(f'the same again: --points "{text}"')
+    return places_px
 
 
 def _tell(tracked: track.Tracked, written: list[Path], args: TrackSettings, screen: Screen) -> None:
@@ -104,8 +129,8 @@ def _has_points(args: TrackSettings) -> bool:
     """
     if not foreign.is_points(args.files[0]):
         return False
-    for name in ("light", "tags", "colour", "dots", "states"):
-        if getattr(args, name) is not None:
+    for name in ("light", "tags", "colour", "dots", "states", "pick"):
+        if getattr(args, name):
             raise ConfigError(f"--{name}: {args.files[0]} has no pictures; allowed: with a video")
     if len(args.files) > 1:
         raise ConfigError(f"{len(args.files)} files; allowed: one file of points")

@@ -11,8 +11,6 @@ class ExplorePolicy:
     """How the explorer behaves.
 
     Attributes:
-        port: at which it listens if none is asked for; the next ones are tried where it is taken.
-        ports: how many are tried.
         steps: readings up to the highest pressure, where a campaign has fewer.
         coarse_steps: readings up to the highest pressure on the coarse mesh.
         pressures: ends of the slider of the highest pressure, by the configured one.
@@ -24,13 +22,8 @@ class ExplorePolicy:
             counts as lying among them.
         grasp_kPa: highest pressure of a grasp where none is asked for.
         grasp_step_kPa: between readings of a grasp.
-        largest_message: bytes that a tab may send at once.
-        half_open: connections whose request has not arrived yet, at one time.
-        request_s: time that a request may take to arrive.
     """
 
-    port: int = 8760
-    ports: int = 20
     steps: int = 12
     coarse_steps: int = 4
     pressures: tuple[float, float] = (0.1, 2.0)
@@ -41,9 +34,6 @@ class ExplorePolicy:
     outside: float = 0.02
     grasp_kPa: float = 150.0
     grasp_step_kPa: float = 25.0
-    largest_message: int = 100_000
-    half_open: int = 64
-    request_s: float = 10.0
 
 
 POLICY: Final = ExplorePolicy()

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import json
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +20,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from dolfingrip.config import ConfigError
-from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard, Patience
-from dolfingrip.explore.policy import POLICY, ExplorePolicy
+from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.session import SOLVED, Session, parsed
 from dolfingrip.explore.space import Space
 from dolfingrip.files.whole import WriteError
@@ -32,15 +29,11 @@ from dolfingrip.report.page import front, html
 from dolfingrip.report.page.scene import shown_fields
 from dolfingrip.report.page.sources import EXPLORED
 from dolfingrip.sections.gripper import ALPHA_DEG
+from dolfingrip.serving.guard import HEADERS, LOOPBACK, Guard
+from dolfingrip.serving.listening import announced, server_settings
 from dolfingrip.version import __version__
 
 PACKAGE = "dolfingrip.explore"
-
-EVERY = ("0.0.0.0", "::")
-"""Hosts that mean every address of a machine."""
-
-FAR = ("192.0.2.1", 9)
-"""An address that is nobody's (RFC 5737), by which the system tells the way to others."""
 
 
 def rendered(space: Space, view: str) -> tuple[str, str]:
@@ -242,48 +235,6 @@ class Tab:
             await self._socket.send_text(text)
 
 
-def bound(host: str, port: int | None) -> socket.socket:
-    """A socket that listens at an address.
-
-    Args:
-        host: address.
-        port: None: the first free one from ``POLICY.port`` on; 0: any.
-
-    Raises:
-        ConfigError: one line, if it cannot be had.
-    """
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    tried = [port] if port is not None else [POLICY.port + i for i in range(POLICY.ports)]
-    for number in tried:
-        listener = socket.socket(family, socket.SOCK_STREAM)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            listener.bind((host, number))
-            return listener
-        except OSError as error:
-            listener.close()
-            if error.errno != errno.EADDRINUSE:
-                raise ConfigError(f"--host {host}: {error.strerror}") from None
-    raise ConfigError(f"--port {tried[0]}: in use; allowed: another, or 0 for any")
-
-
-def reachable(host: str) -> str:
-    """Return an address at which a server can be opened.
-
-    Args:
-        host: that it listens at; of one that means every address of this machine, the one by which
-            other machines reach it is returned.
-    """
-    if host not in EVERY:
-        return host
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(FAR)  # sends nothing: it chooses the way, and with it the address
-        except OSError:  # without a network
-            return socket.gethostname()
-        return str(probe.getsockname()[0])
-
-
 def serve(
     session: Session, token: str, listening: socket.socket, host: str, say: Callable[[str], None]
 ) -> None:
@@ -292,31 +243,13 @@ def serve(
     Args:
         session: answers tabs.
         token: that tabs must have.
-        listening: from :func:`bound`.
+        listening: from :func:`~dolfingrip.serving.listening.bound`.
         host: its address.
         say: called with the address to open, once it answers.
     """
-    port = int(listening.getsockname()[1])
-    name = reachable(host)
-    name = f"[{name}]" if ":" in name else name
-    listening.listen()  # a browser may come before the loop runs
-    say(f"http://{name}:{port}/?token={token}")
+    port = announced(listening, host, token, say)
     guarded = application(session, token, host, port)
-    uvicorn.Server(settings(guarded)).run(sockets=[listening])
-
-
-def settings(guarded: ASGIApp, policy: ExplorePolicy = POLICY) -> uvicorn.Config:
-    """How an application is served.
-
-    Args:
-        guarded: the application.
-        policy: limits of messages and of half-open requests.
-    """
-    http: Any = partial(Patience, policy=policy)
-    return uvicorn.Config(
-        guarded, log_level="critical", access_log=False, server_header=False,
-        ws_max_size=policy.largest_message, timeout_graceful_shutdown=1, http=http,
-    )  # fmt: skip
+    uvicorn.Server(server_settings(guarded)).run(sockets=[listening])
 
 
 def state_folder(results: Path | None, out: Path | None) -> Path:

@@ -54,24 +54,24 @@ class CameraError(Effect):
         ]
         shown: dict[str, np.ndarray] = {}
         centre = np.array(camera.centre_mm or (0.0, 0.0))
-        tip = rest = centre
+        tip = resting = centre
         if numbers:
             now, at_rest = self._followed(numbers, true, camera)
-            tip, rest = now[:, -1], at_rest[-1]
+            tip, resting = now[:, -1], at_rest[-1]
             seen = self.shown_mm(now, camera)
             for place, i in enumerate(numbers):
                 shown |= {marker(i, axis).name: seen[:, place, k] for k, axis in enumerate("xz")}
                 if 0 < place < len(numbers) - 1 and curvature(i).name in true:
                     shown[curvature(i).name] = turns_per_m(seen[:, place - 1 : place + 2])
         if ANGLE.name in true:
-            shown[ANGLE.name] = self._angle(tip, rest, true[ANGLE.name], camera)
+            shown[ANGLE.name] = self._angle(tip, resting, true[ANGLE.name], camera)
         if CHORD_ANGLE.name in true:
             clamp = np.zeros(2)
             shown[CHORD_ANGLE.name] = self._angle(clamp, clamp, true[CHORD_ANGLE.name], camera)
         names = TIP_X.name, TIP_Z.name
         if {*names} <= true.keys():
-            moved = rest + np.stack([true[name] for name in names], axis=1)
-            seen = self.shown_mm(moved, camera) - self.shown_mm(rest, camera)
+            moved = resting + np.stack([true[name] for name in names], axis=1)
+            seen = self.shown_mm(moved, camera) - self.shown_mm(resting, camera)
             shown |= {name: seen[:, k] for k, name in enumerate(names)}
         return shown
 
@@ -89,30 +89,32 @@ class CameraError(Effect):
         if isinstance(camera.markers, int):
             return now, now[0]
         seen_at_rest = np.array(camera.markers)[np.array(numbers) - 1]
-        rest = seen_at_rest.copy()
+        resting = seen_at_rest.copy()
         for _ in range(TURNS):
-            rest += seen_at_rest - self.shown_mm(rest, camera)
+            resting += seen_at_rest - self.shown_mm(resting, camera)
         if len(numbers) < 2:
-            return now, rest
+            return now, resting
         steps = np.linalg.norm(np.diff(seen_at_rest, axis=0), axis=1)
         way = np.r_[0.0, np.cumsum(steps)]
         before = CubicSpline(way, seen_at_rest)(way, 1)
         before /= np.linalg.norm(before, axis=1)[:, None]
-        off, solved = rest - seen_at_rest, np.isfinite(now).all(axis=(1, 2))
+        off, solved = resting - seen_at_rest, np.isfinite(now).all(axis=(1, 2))
         line = CubicSpline(way, now[solved], axis=1)
         there = way + (off * before).sum(axis=1)
         by_across = (off * _across(before)).sum(axis=1)
         now[solved] = line(there) + by_across[:, None] * _across(line(there, 1))
-        return now, rest
+        return now, resting
 
     def _angle(
-        self, at: np.ndarray, rest: np.ndarray, angle_deg: np.ndarray, camera: Camera
+        self, at: np.ndarray, resting: np.ndarray, angle_deg: np.ndarray, camera: Camera
     ) -> np.ndarray:
         """Angle (rows,) that a line through places is shown to have turned by since rest."""
         angle = np.radians(angle_deg)
         line = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
         now = self.shown_mm(at + line, camera) - self.shown_mm(at, camera)
-        before = self.shown_mm(rest + np.array([0.0, 1.0]), camera) - self.shown_mm(rest, camera)
+        before = self.shown_mm(resting + np.array([0.0, 1.0]), camera) - self.shown_mm(
+            resting, camera
+        )
         turned = np.degrees(np.arctan2(-now[:, 0], now[:, 1]) - np.arctan2(-before[0], before[1]))
         return np.asarray(turned + 360 * np.round((angle_deg - turned) / 360))
 

@@ -144,7 +144,7 @@ class Calibration:
 
     @property
     def square(self) -> Calibration:
-        """The same camera, of which a tilt that nothing tells is no error."""
+        """This camera without errors of a tilt that no sheet tells."""
         if self.has_sheet:
             return self
         certain = self.covariance.copy()

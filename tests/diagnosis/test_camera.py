@@ -28,7 +28,6 @@ PRESSURES_kPa = (0, 25, 50, 75, 100, 125, 150, 175, 200)
 DISTANCE_mm = 150.0
 MARKERS = np.array([[2.0, z] for z in (4.0, 11.0, 18.0, 25.0, 32.0, 36.5)])
 RULER = np.array([[-40.0, 15.0], [10.0, 15.0]])
-NOISE_mm = 0.02
 SEED = 73
 TOLD = """experiment = "bending"
 [noise]
@@ -46,11 +45,11 @@ camera_clock_s = 0.05
 """
 TRIED = (
     "camera_scale", "camera_tilt", "camera_zero", "camera_clock", "mooney_rivlin",
-    "base_layer_offset", "wall_offset", "angle_definition",
+    "base_layer_offset", "wall_offset",
 )  # fmt: skip
 
 
-def filmed(folder: Path, hidden: Mapping[str, Any], tilt_deg: float) -> Path:
+def filmed(folder: Path, hidden: Mapping[str, Any], tilt_deg: float, noise_mm: float) -> Path:
     """The table of a video by a camera that was tilted; a scale of two points is told."""
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
@@ -64,20 +63,22 @@ def filmed(folder: Path, hidden: Mapping[str, Any], tilt_deg: float) -> Path:
     places = places.T.reshape(len(PRESSURES_kPa), len(MARKERS), 2)
     pinhole = Pinhole(tilt_deg, 0.0, DISTANCE_mm, (-10.0, 15.0))
     shown = pinhole.read(places, MARKERS[[0, -1]], RULER)
-    shown += NOISE_mm * rng.standard_normal(shown.shape)
+    shown += noise_mm * rng.standard_normal(shown.shape)
     at_rest = pinhole.read(MARKERS, MARKERS[[0, -1]], RULER)
     lines = [",".join(["branch", "time_s", "pressure_kPa", *names])]
     for i, (pressure, row) in enumerate(zip(PRESSURES_kPa, shown, strict=True)):
         values = ",".join(f"{value:.6f}" for value in row.ravel())
         lines.append(f"loading,{10 * i},{pressure},{values}")
-    noise = "\n".join(f"{name} = {NOISE_mm}" for name in names)
+    noise = "\n".join(f"{name} = {noise_mm}" for name in names)
     told = TOLD.format(noise=noise, markers=at_rest.round(4).tolist())
     return written(folder, "\n".join(lines) + "\n", told)
 
 
-def diagnosed(folder: Path, store: Path, hidden: Mapping[str, Any], tilt_deg: float) -> Delivered:
+def diagnosed(
+    folder: Path, store: Path, hidden: Mapping[str, Any], tilt_deg: float, noise_mm: float
+) -> Delivered:
     config = hidden_bending.config()
-    measurement = read([filmed(folder, hidden, tilt_deg)], config)
+    measurement = read([filmed(folder, hidden, tilt_deg, noise_mm)], config)
     settings = DiagnosisSettings(quick=True, effects=TRIED)
     found = delivered(diagnose_measurement(measurement, config, Here(store), settings), folder)
     print(found.verdict)
@@ -87,7 +88,7 @@ def diagnosed(folder: Path, store: Path, hidden: Mapping[str, Any], tilt_deg: fl
 @pytest.mark.slow
 def test_a_hidden_tilt_is_the_camera_s(tmp_path: Path, store: Path) -> None:
     """A tilt of 8° in a video with markers and a scale of two points."""
-    found = diagnosed(tmp_path, store, {}, 8.0)
+    found = diagnosed(tmp_path, store, {}, 8.0, 0.02)
     assert found.verdict.effects == ("camera_tilt",)
     assert found.verdict.takes_part > 0.9
     tilt = found.numbers["extensions.camera_tilt.about_z_deg"]
@@ -98,20 +99,12 @@ def test_a_hidden_tilt_is_the_camera_s(tmp_path: Path, store: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("hidden", "name"),
-    [
-        ({"mooney_rivlin": {"C01_MPa": 1.2}}, "mooney_rivlin"),
-        ({"base_layer_offset": {"offset_mm": 0.4}}, "base_layer_offset"),
-    ],
-)
-def test_another_cause_beside_an_ordinary_camera(
-    tmp_path: Path, store: Path, hidden: Mapping[str, Any], name: str
-) -> None:
+def test_another_cause_beside_an_ordinary_camera(tmp_path: Path, store: Path) -> None:
     """A tilt of 1.5° is within what was told, and named is what the finger has."""
-    found = diagnosed(tmp_path, store, hidden, 1.5)
-    assert found.verdict.effects[:1] == (name,)
-    assert not {*found.verdict.effects} & {cause for cause in TRIED if cause.startswith("camera")}
+    hidden = {"base_layer_offset": {"offset_mm": 0.4}}
+    found = diagnosed(tmp_path, store, hidden, 1.5, 0.003)
+    assert found.verdict.effects == ("base_layer_offset",)
+    assert not found.verdict.second
 
 
 def test_a_camera_is_in_the_place_of_a_sensor(tmp_path: Path) -> None:

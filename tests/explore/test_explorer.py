@@ -20,7 +20,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 from support import chromium
 
 from dolfingrip import config
-from dolfingrip.explore.guard import Handover
+from dolfingrip.serving.guard import Handover
 
 SHORT = (
     "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=2",

@@ -18,11 +18,12 @@ from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli.app import app
-from dolfingrip.explore import describe, guard, server, space
-from dolfingrip.explore.guard import Handover
+from dolfingrip.explore import describe, server, space
 from dolfingrip.explore.library import Library
-from dolfingrip.explore.policy import ExplorePolicy
 from dolfingrip.explore.session import Session
+from dolfingrip.serving import guard, listening
+from dolfingrip.serving.guard import Handover
+from dolfingrip.serving.policy import ServingPolicy
 
 PORT = 8765
 HERE = f"http://127.0.0.1:{PORT}"
@@ -202,11 +203,11 @@ def test_a_restart_needs_a_server_before(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 async def _half_open(
-    server: uvicorn.Server, listening: socket.socket, opened: int
+    server: uvicorn.Server, door: socket.socket, opened: int
 ) -> tuple[bytes, list[bytes]]:
     """A whole request's answer while many others stay half open, and what became of these."""
-    serving = asyncio.create_task(server.serve(sockets=[listening]))
-    port = listening.getsockname()[1]
+    serving = asyncio.create_task(server.serve(sockets=[door]))
+    port = door.getsockname()[1]
     begun = []
     for _ in range(opened):
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
@@ -229,32 +230,32 @@ async def _half_open(
 
 
 def test_half_open_requests_are_few_and_short() -> None:
-    policy = ExplorePolicy(half_open=8, request_s=0.5)
+    policy = ServingPolicy(half_open=8, request_s=0.5)
 
     async def app(scope: Any, receive: Any, send: Any) -> None:
         await guard.PlainTextResponse("let in")(scope, receive, send)
 
-    listening = server.bound("127.0.0.1", 0)
-    listening.listen()
-    settings = server.settings(app, policy)
+    door = listening.bound("127.0.0.1", 0)
+    door.listen()
+    settings = listening.server_settings(app, policy)
     settings.lifespan = "off"
-    opened = 4 * ExplorePolicy().half_open
-    answer, ended = asyncio.run(_half_open(uvicorn.Server(settings), listening, opened))
+    opened = 4 * ServingPolicy().half_open
+    answer, ended = asyncio.run(_half_open(uvicorn.Server(settings), door, opened))
     assert answer == b"HTTP/1.1 200 OK\r\n"
     assert set(ended) == {b""}
 
 
 def test_a_port_that_is_taken() -> None:
-    taken = server.bound("127.0.0.1", 0)
+    taken = listening.bound("127.0.0.1", 0)
     port = taken.getsockname()[1]
     taken.listen()
     with pytest.raises(config.ConfigError, match=f"--port {port}: in use; allowed: another"):
-        server.bound("127.0.0.1", port)
+        listening.bound("127.0.0.1", port)
     taken.close()
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "127.0.0.1", "gripper.lab"])
 def test_an_address_that_can_be_opened_is_told(host: str) -> None:
-    told = server.reachable(host)
+    told = listening.reachable(host)
     assert told not in ("", "0.0.0.0", "::")
     assert host in ("0.0.0.0", "::") or told == host

@@ -24,12 +24,12 @@ from dolfingrip.design.surrogate.surrogate import load
 from dolfingrip.design.surrogate.training import TrainingSettings, train
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.explore import server
-from dolfingrip.explore.guard import Handover
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.meshes import files
 from dolfingrip.sections.posterior import PosteriorTable, WeightedFit
 from dolfingrip.sections.tables import assignments
+from dolfingrip.serving.guard import Handover
 
 SHORT = (
     "mesh.size_mm=8", "mesh.edge_size_mm=8", "finger.length_mm=38", "finger.bellows=2",

@@ -180,7 +180,7 @@ def displayed(
 
 
 def _of_camera(measurement: Measurement, base: SimulatedReadings) -> Iterator[Nuisance]:
-    """What the errors of cameras that laboratories tell change, one of each number."""
+    """Changes of the readings by each number of a camera's errors that a laboratory tells."""
     count, rows = len(measurement.readings), dict[tuple[int, ...], dict[str, np.ndarray]]()
     for run in base.runs:
         rows[run.group.tests] = {

@@ -51,8 +51,8 @@ def unknowns(
             of_camera = ", ".join(cls for cls in cameras if name in effect(cls).replaces)
             raise ConfigError(f"--effects {name}: allowed: {of_camera}, as a camera shows it")
         if name in cameras and not cameras[name]:
-            told = ", ".join({report.key: 0 for report in effect(name).told_by.values()})
-            raise ConfigError(f"--effects {name}: allowed: with [nuisance] {told} in a set-up")
+            keys = ", ".join({report.key: 0 for report in effect(name).told_by.values()})
+            raise ConfigError(f"--effects {name}: allowed: with [nuisance] {keys} in a set-up")
     every_cause = [
         _implausible(cause, cameras[cause.name], measurement.policy.reach)
         if cause.name in cameras else cause
@@ -81,8 +81,8 @@ def _implausible(cause: Cause, stds: Mapping[str, float], reach: float) -> Cause
             held.append((number, cause.neutral(number)))
             continue
         start = cause.neutral(number)
-        told = replace(number, prior=replace(number.prior, mean=start, spread=std))
-        numbers += [far.reaching(reach) for far in told.implausible().numbers]
+        ordinary = replace(number, prior=replace(number.prior, mean=start, spread=std))
+        numbers += [far.reaching(reach) for far in ordinary.implausible().numbers]
     return replace(cause, numbers=tuple(numbers), held=tuple(held))
 
 

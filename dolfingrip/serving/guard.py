@@ -24,14 +24,14 @@ from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from dolfingrip.explore.policy import POLICY, ExplorePolicy
 from dolfingrip.files import whole
 from dolfingrip.sections.private import cache_folder
+from dolfingrip.serving.policy import POLICY, ServingPolicy
 
 
 @dataclass(frozen=True, slots=True)
 class Handover:
-    """The file of the server whose solutions are in a folder.
+    """The file of the server whose results are in a folder.
 
     Attributes:
         file: HTML that leads to the address.
@@ -40,13 +40,16 @@ class Handover:
     file: Path
 
     @staticmethod
-    def of(solutions: Path) -> Handover:
-        """The file for a folder of solutions.
+    def of(results: Path) -> Handover:
+        """The file for a folder of results.
+
+        Args:
+            results: the folder.
 
         Raises:
             ConfigError: one line, where another user could write to the cache.
         """
-        name = hashlib.sha256(os.fsencode(solutions.resolve())).hexdigest()[:16]
+        name = hashlib.sha256(os.fsencode(results.resolve())).hexdigest()[:16]
         return Handover(cache_folder("dolfingrip", "explore") / f"{name}.html")
 
     def write(self, address: str) -> None:
@@ -79,8 +82,8 @@ def leading_to(address: str) -> str:
     shown = html.escape(address)
     return (
         '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'
-        f'<meta http-equiv="refresh" content="0;url={shown}"><title>dolfingrip explore</title>'
-        f'<a href="{shown}">the explorer</a>\n'
+        f'<meta http-equiv="refresh" content="0;url={shown}"><title>dolfingrip</title>'
+        f'<a href="{shown}">the page</a>\n'
     )
 
 
@@ -146,7 +149,7 @@ class Guard:
             answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict", path="/")
             return answer
         if not self._right(cookie_parser(headers.get("cookie", "")).get(self._cookie, "")):
-            text = "no token: open the address that dolfingrip explore printed"
+            text = "no token: open the address that dolfingrip printed"
             return PlainTextResponse(text, 403, HEADERS)
         return None
 
@@ -173,7 +176,7 @@ class Patience(H11Protocol):
         more: uvicorn's own.
     """
 
-    def __init__(self, *given: Any, policy: ExplorePolicy = POLICY, **more: Any) -> None:
+    def __init__(self, *given: Any, policy: ServingPolicy = POLICY, **more: Any) -> None:
         super().__init__(*given, **more)
         self._policy = policy
 

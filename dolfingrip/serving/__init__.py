@@ -1,0 +1,1 @@
+"""Pages of this package in the browser: who is let in, and how a server listens."""
