@@ -353,8 +353,8 @@ def at_rest(cause: Cause, plain: Tangents, slopes: np.ndarray) -> Tangents:
         slopes: derivatives by the coordinates of its numbers, shape (n, d).
     """
     u = [cause.resting_coordinate(number) for number in cause.numbers]
-    told = np.concatenate([plain.told, slopes[None]], axis=2)
-    return Tangents(np.hstack([plain.u, [u]]), told)
+    readings = np.concatenate([plain.told, slopes[None]], axis=2)
+    return Tangents(np.hstack([plain.u, [u]]), readings)
 
 
 def coarser(config: Config) -> list[Change]:

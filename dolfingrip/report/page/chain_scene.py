@@ -40,11 +40,11 @@ def scene_of(robot: RobotFile) -> Scene:
         ends = (x - up * np.sin(turn), z + up * np.cos(turn), turn + 0 * up)
         chained.append(_body(outline, np.stack(ends, axis=-1)))
     pressures = np.array([shape.pressure_kPa for shape in robot.shapes])
-    rest = int(np.abs(pressures).argmin())
+    unloaded = int(np.abs(pressures).argmin())
     apart_mm = APART * float(np.ptp(np.concatenate([body[0][..., 0] for body in bent], axis=1)))
     parts = [
-        _part("finite elements", bent, 0.0, rest),
-        _part("chain of links", chained, apart_mm, rest),
+        _part("finite elements", bent, 0.0, unloaded),
+        _part("chain of links", chained, apart_mm, unloaded),
     ]
     steps = np.arange(len(pressures))
     load = Load("Pressure (kPa)", "kPa", pressures, [""] * len(steps), steps)
@@ -83,7 +83,7 @@ def _body(outline: Floats, motions: Floats) -> _Body:
     return places.reshape(len(places), -1, 3), triangles, creases
 
 
-def _part(name: str, bodies: list[_Body], x_mm: float, rest: int) -> Part:
+def _part(name: str, bodies: list[_Body], x_mm: float, unloaded: int) -> Part:
     starts = np.cumsum([0, *(places.shape[1] for places, _, _ in bodies[:-1])])
     places = np.concatenate([body[0] for body in bodies], axis=1) + np.array([x_mm, 0.0, 0.0])
     triangles, creases = (
@@ -91,7 +91,7 @@ def _part(name: str, bodies: list[_Body], x_mm: float, rest: int) -> Part:
         for of in (1, 2)
     )
     frames = places * UPRIGHT
-    at_rest = frames[[rest]]
-    points, none = frames[rest], np.zeros((0, 2), dtype=np.int64)
+    at_rest = frames[[unloaded]]
+    points, none = frames[unloaded], np.zeros((0, 2), dtype=np.int64)
     skin = Skin(points, np.arange(len(points)), np.ones(len(points)), triangles, none, creases)
     return Part(name, skin, np.concatenate([at_rest, frames]))
