@@ -32,7 +32,7 @@ class NamedColumn:
 
 
 @dataclass(frozen=True, slots=True)
-class GivenOption:
+class Option:
     """An option of the command, which settles a question.
 
     Attributes:
@@ -51,7 +51,7 @@ class GivenOption:
         text = str(self.value)
         return f"{flag} {text if text.isalnum() else _quoted(text)}"
 
-    def filled(self, place: str, number: float) -> GivenOption:
+    def filled(self, place: str, number: float) -> Option:
         """The option with a number at a place that the person fills in.
 
         Args:
@@ -64,7 +64,7 @@ class GivenOption:
         return replace(self, value=replace(self.value, header=header))
 
 
-def column_option(header: str, column: str, change: str = "") -> GivenOption:
+def column_option(header: str, column: str, change: str = "") -> Option:
     """The option that says what a column is.
 
     Args:
@@ -72,7 +72,7 @@ def column_option(header: str, column: str, change: str = "") -> GivenOption:
         column: of the format.
         change: what is done to its numbers, as ``*-1``.
     """
-    return GivenOption("column", NamedColumn(header + change, column))
+    return Option("column", NamedColumn(header + change, column))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +112,7 @@ class Told:
     log: Path | None = None
     shift: float | None = None
 
-    def with_option(self, option: GivenOption) -> Told:
+    def with_option(self, option: Option) -> Told:
         """These settings and one more.
 
         Args:
@@ -132,7 +132,7 @@ class Question(Exception):
         options: of the command, each of which settles it.
     """
 
-    def __init__(self, text: str, options: Sequence[GivenOption]) -> None:
+    def __init__(self, text: str, options: Sequence[Option]) -> None:
         self.text, self.options = text, tuple(options)
         super().__init__(f"{text} add {' or '.join(map(str, options))}")
 
