@@ -24,7 +24,7 @@ from dolfingrip.cli.app import COMMANDS, app
 from dolfingrip.cli.command import Subcommand, settings_of
 from dolfingrip.cli.import_command import named
 from dolfingrip.config import ConfigError
-from dolfingrip.importing.told import NamedColumn, Option, Told
+from dolfingrip.importing.told import ImportOption, NamedColumn, Told
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -165,14 +165,14 @@ ANSWERS = {
 @pytest.mark.parametrize(
     "added",
     [
-        Option("zero_at_rest"),
-        Option("zero_at_rest", False),
-        Option("side_by_side"),
-        *(Option(name, value) for name, value in ANSWERS.items()),
+        ImportOption("zero_at_rest"),
+        ImportOption("zero_at_rest", False),
+        ImportOption("side_by_side"),
+        *(ImportOption(name, value) for name, value in ANSWERS.items()),
     ],
     ids=str,
 )
-def test_what_an_import_asks_for_is_taken_as_the_terminal_takes_it(added: Option) -> None:
+def test_what_an_import_asks_for_is_taken_as_the_terminal_takes_it(added: ImportOption) -> None:
     settings = parse(f"import table.csv {added}")
     settings["column"] = named(settings["column"])
     taken = Told(**{field.name: settings[field.name] for field in fields(Told)})

@@ -14,7 +14,7 @@ from dolfingrip.cli.settings import ImportSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.importing import importing
 from dolfingrip.importing.importing import ImportedTable
-from dolfingrip.importing.told import VALUE, NamedColumn, Option, Question, Told
+from dolfingrip.importing.told import VALUE, ImportOption, NamedColumn, Question, Told
 from dolfingrip.report.table import of_columns
 
 
@@ -135,7 +135,7 @@ def _asks() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
-def _answer(question: Question, screen: Screen) -> Option:
+def _answer(question: Question, screen: Screen) -> ImportOption:
     """Ask one question at the terminal; the answer is the option that would be added."""
     screen.say(question.text)
     for i, option in enumerate(question.options, start=1):

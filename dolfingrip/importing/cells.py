@@ -25,7 +25,7 @@ from dolfingrip.importing.header import (
     ratio,
     split,
 )
-from dolfingrip.importing.told import ORDERS, Option, Question, Told
+from dolfingrip.importing.told import ORDERS, ImportOption, Question, Told
 
 Row = tuple[int, list[str]]
 """Number of a line or row in the file, and its cells."""
@@ -380,7 +380,7 @@ def _chosen(tables: dict[str, Cells], settings: Told) -> Cells:
     if settings.sheet is not None and settings.sheet not in tables:
         raise ConfigError(f"--sheet {settings.sheet}: allowed: {', '.join(tables)}")
     if settings.sheet is None and len(tables) > 1:
-        options = [Option("sheet", name) for name in tables]
+        options = [ImportOption("sheet", name) for name in tables]
         raise Question(f"{len(tables)} tables: which?", options)
     return next(cells for name, cells in tables.items() if settings.sheet in (None, name))
 
@@ -786,5 +786,6 @@ def _decimal(cells: list[str], separator: str) -> str:
     if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in cells):
         return "." if any("." in cell for cell in signed) else ","  # no thousands are grouped
     raise Question(
-        f"{signed[0]}: a decimal sign, or thousands?", [Option("decimal", sign) for sign in ".,"]
+        f"{signed[0]}: a decimal sign, or thousands?",
+        [ImportOption("decimal", sign) for sign in ".,"],
     )

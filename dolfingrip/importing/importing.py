@@ -44,7 +44,7 @@ from dolfingrip.importing.header import (
     recognise,
     told_columns,
 )
-from dolfingrip.importing.told import ORDERS, VALUE, Option, Question, Told, column_option
+from dolfingrip.importing.told import ORDERS, VALUE, ImportOption, Question, Told, column_option
 from dolfingrip.sections import tables
 
 CLOCK: Final = "time of day"
@@ -103,7 +103,7 @@ class ImportedTable:
     questions: list[Question] = field(default_factory=list)
     fixed: Mapping[str, ColumnReading] = field(default_factory=dict)
 
-    def ask(self, what: str, *options: Option) -> None:
+    def ask(self, what: str, *options: ImportOption) -> None:
         """Add a question, which each of the options settles."""
         self.questions.append(Question(what, options))
 
@@ -174,7 +174,9 @@ def understand(file: Path, settings: Told) -> ImportedTable:
     likely = [cells for (score, _), cells in by_score.items() if score == best]
     if len(likely) > 1 and best:
         names = [cells.how.partition(",")[0] for cells in likely]
-        raise Question("its encoding is not certain:", [Option("encoding", name) for name in names])
+        raise Question(
+            "its encoding is not certain:", [ImportOption("encoding", name) for name in names]
+        )
     return _understood(file, likely[0], settings)
 
 
@@ -378,7 +380,7 @@ def _one_each(imported: ImportedTable) -> None:
             if target == "pressure_kPa":  # of an arm with a supply for each of its chambers
                 options += [column_option(headers[0], "cavity_1_supply_kPa")]
             if target in {name for names in READINGS.values() for name in names}:
-                options += [Option("side_by_side")]
+                options += [ImportOption("side_by_side")]
             names = " and ".join(headers)
             verb = "both are" if len(headers) == 2 else "each is"
             imported.ask(f"{names}: {verb} {target}: which?", *options)
@@ -507,7 +509,7 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     if not can:
         raise ConfigError(_lacking(imported, ""))
     if len(can) > 1:
-        options = [Option("experiment", name) for name in can]
+        options = [ImportOption("experiment", name) for name in can]
         imported.ask("its columns fit several experiments: which?", *options)
         return None
     imported.setup["experiment"] = can[0]
@@ -586,9 +588,9 @@ def _times(imported: ImportedTable, settings: Told, rate: str) -> None:
     elif "frame" in imported.table:
         unit = rate.removeprefix("rate_").replace("_per_", "/")
         what = f"frames in place of time: pictures per second (Hz), or the rate ({unit})?"
-        imported.ask(what, Option("frame_rate", VALUE), Option("rate", VALUE))
+        imported.ask(what, ImportOption("frame_rate", VALUE), ImportOption("rate", VALUE))
     else:
-        option = Option("rate", VALUE)
+        option = ImportOption("rate", VALUE)
         imported.notes.append(f"no time: diagnose assumes a rate, unless {option} tells it")
 
 
@@ -612,7 +614,7 @@ def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
             ("area", area, "force_N", "cross-section at rest (mm²)"),
         ):
             if name in table and not value:
-                imported.ask(f"{needs}: not told;", Option(key, VALUE))
+                imported.ask(f"{needs}: not told;", ImportOption(key, VALUE))
     if length:
         setup["gauge_length_mm"] = float(length)
     if area:
@@ -657,7 +659,9 @@ def _pressed_or_pulled(
         strain = (both[:, 0] - both[0, 0]) / (length_mm if ways[0] == "displacement_mm" else 1.0)
         first = first_loading(1 + strain, both[:, 1])
         if first.any() and strain[first].min() >= 0 and is_hollow(strain[first], both[first, 1]):
-            options = [Option("mode", kind) for kind in (coupons.COMPRESSION, coupons.MODES[0])]
+            options = [
+                ImportOption("mode", kind) for kind in (coupons.COMPRESSION, coupons.MODES[0])
+            ]
             what = f"{loads[0]} rises ever more steeply, as that of rubber in compression: which?"
             imported.ask(what, *options)
 
@@ -723,7 +727,7 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
             table[name] = table[name] - first
         elif settings.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table, name):
             what = f"{name} begins at {begins:.4g} {CHANNELS[name].symbol}: zero there?"
-            imported.ask(what, Option("zero_at_rest"), Option("zero_at_rest", False))
+            imported.ask(what, ImportOption("zero_at_rest"), ImportOption("zero_at_rest", False))
     if settings.zero_at_rest:
         imported.notes.append("first readings are subtracted: they are those at rest")
     _signs(imported)

@@ -27,12 +27,12 @@ class NamedColumn:
     column: str
 
     def __str__(self) -> str:
-        """Text as it is typed."""
+        """Return the text as it is typed."""
         return "=".join((self.header, self.column))
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class ImportOption:
     """An option of the command, which settles a question.
 
     Attributes:
@@ -44,14 +44,14 @@ class Option:
     value: Any = True
 
     def __str__(self) -> str:
-        """Text as it is typed."""
+        """Return the text as it is typed."""
         flag = f"--{'no-' if self.value is False else ''}{self.name.replace('_', '-')}"
         if isinstance(self.value, bool):
             return flag
         text = str(self.value)
         return f"{flag} {text if text.isalnum() else _quoted(text)}"
 
-    def filled(self, place: str, number: float) -> Option:
+    def filled(self, place: str, number: float) -> ImportOption:
         """The option with a number at a place that the person fills in.
 
         Args:
@@ -64,7 +64,7 @@ class Option:
         return replace(self, value=replace(self.value, header=header))
 
 
-def column_option(header: str, column: str, change: str = "") -> Option:
+def column_option(header: str, column: str, change: str = "") -> ImportOption:
     """The option that says what a column is.
 
     Args:
@@ -72,7 +72,7 @@ def column_option(header: str, column: str, change: str = "") -> Option:
         column: of the format.
         change: what is done to its numbers, as ``*-1``.
     """
-    return Option("column", NamedColumn(header + change, column))
+    return ImportOption("column", NamedColumn(header + change, column))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +112,7 @@ class Told:
     log: Path | None = None
     shift: float | None = None
 
-    def with_option(self, option: Option) -> Told:
+    def with_option(self, option: ImportOption) -> Told:
         """These settings and one more.
 
         Args:
@@ -132,7 +132,7 @@ class Question(Exception):
         options: of the command, each of which settles it.
     """
 
-    def __init__(self, text: str, options: Sequence[Option]) -> None:
+    def __init__(self, text: str, options: Sequence[ImportOption]) -> None:
         self.text, self.options = text, tuple(options)
         super().__init__(f"{text} add {' or '.join(map(str, options))}")
 
