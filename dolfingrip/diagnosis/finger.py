@@ -352,8 +352,8 @@ def at_rest(cause: Cause, plain: Tangents, slopes: np.ndarray) -> Tangents:
         slopes: derivatives by the coordinates of its numbers, shape (n, d).
     """
     u = [cause.resting_coordinate(number) for number in cause.numbers]
-    told = np.concatenate([plain.told, slopes[None]], axis=2)
-    return Tangents(np.hstack([plain.u, [u]]), told)
+    columns = np.concatenate([plain.told, slopes[None]], axis=2)
+    return Tangents(np.hstack([plain.u, [u]]), columns)
 
 
 def coarser(config: Config) -> list[Change]:

@@ -127,11 +127,11 @@ def _once(raised: Raised) -> list[Slip]:
     alike = defaultdict[tuple[str, str], Raised](list)
     for test, slip in raised:
         alike[slip.column, slip.meaning].append((test, slip))
-    told = []
+    listed = []
     for (test, slip), *others in alike.values():
         several = f"{test.experiment}, {len(others) + 1} specimens ({test.file.name})"
-        told.append(slip.model_copy(update={"where": several}) if others else slip)
-    return told
+        listed.append(slip.model_copy(update={"where": several}) if others else slip)
+    return listed
 
 
 def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> Raised:
