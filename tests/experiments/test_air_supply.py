@@ -25,6 +25,9 @@ STEP = (
 """A sudden pressure of 50 kPa, and a wait until the finger has it."""
 
 
+FEW = ("mesh.size_mm=12", "mesh.edge_size_mm=12")
+"""Elements of a finger whose air alone is looked at, in many steps in time."""
+
 LET_GO = ("release.load_x_N=0.1", "experiment.dynamic=true")
 """A tip that is held before 0 s, and let go."""
 
@@ -61,9 +64,9 @@ def test_steps_follow_the_allowed_error() -> None:
 
     The finger ends where pressure control does.
     """
-    valve = (*STEP, "supply.valve_dm3_per_s_bar=0.01")
+    valve = (*FEW, *STEP, "supply.valve_dm3_per_s_bar=0.01")
     coarse, fine = (bent(small.short(*valve, f"supply.error_kPa={e}")) for e in (0.1, 0.01))
-    plain = bent(small.short("experiment.step_kPa=50"))
+    plain = bent(small.short(*FEW, "experiment.step_kPa=50"))
     ends = (coarse.column("angle_deg")[-1], plain.column("angle_deg")[-1])
     assert ends[0] == pytest.approx(ends[1], rel=1e-4)
     off = coarse.column("cavity_pressure_kPa") - fine.column("cavity_pressure_kPa")
@@ -80,7 +83,7 @@ def test_a_leak_empties_a_tank() -> None:
     """
     leaking = bent(
         small.short(
-            "experiment.unload=true", "experiment.step_kPa=25", "experiment.hold_s=1",
+            *FEW, "experiment.unload=true", "experiment.step_kPa=25", "experiment.hold_s=1",
             "supply.source=tank", "supply.tank_cm3=20", "supply.tank_kPa=150",
             "supply.leak_mm=0.1", "supply.exponent=1.2", "supply.gauge=cavity",
         )

@@ -68,8 +68,7 @@ def test_bars_have_parameters_of_their_own() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", [0.05, 0.01])
-def test_a_bar_beyond_its_limit_point_is_lost_whatever_the_rounding(step: float) -> None:
+def test_a_bar_beyond_its_limit_point_is_lost_whatever_the_rounding() -> None:
     """A compressible Mooney–Rivlin bar that is pulled far thins until ∂²ψ/∂λ_t² vanishes.
 
     The next root of ∂ψ/∂λ_t is of another branch, with J near 0.1. Steps of a tenth tell the same
@@ -83,14 +82,15 @@ def test_a_bar_beyond_its_limit_point_is_lost_whatever_the_rounding(step: float)
         bars = {"extensions.mooney_rivlin.C01_MPa": values}
         return UniaxialTension(config).pull(bars, stops, stops, step).stress_MPa
 
-    found = stress(values, step)
-    lost = np.isnan(found)
+    fine = stress(values, 0.005)
+    lost = np.isnan(fine)
     assert lost[:, -1].all()
     assert not lost[:, 0].any()
     assert (np.diff(lost.astype(int), axis=1) >= 0).all()
-    for other in (stress(values * (1 + 1e-13), step), stress(values, step / 10)):
-        np.testing.assert_array_equal(np.isnan(other), lost)
-        np.testing.assert_allclose(other[~lost], found[~lost], rtol=1e-6, atol=1e-6)
+    for step in (0.05, 0.01):
+        for other in (stress(values, step), stress(values * (1 + 1e-13), step)):
+            np.testing.assert_array_equal(np.isnan(other), lost)
+            np.testing.assert_allclose(other[~lost], fine[~lost], rtol=1e-6, atol=1e-6)
 
 
 def test_a_raster_that_is_turned_is_refused() -> None:
