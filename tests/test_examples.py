@@ -53,6 +53,7 @@ def test_blocked_force() -> None:
     assert found.predicted_N - found.force_N == pytest.approx(change, rel=0.02)
 
 
+@pytest.mark.slow
 def test_finger_from_step(tmp_path: Path) -> None:
     """The cavity's volume is that of the drawing; the tube bends towards the paper."""
     example = load("finger_from_step")
@@ -61,6 +62,7 @@ def test_finger_from_step(tmp_path: Path) -> None:
     assert found.angle_deg > 2
 
 
+@pytest.mark.slow
 def test_fibre_reinforced_finger(tmp_path: Path) -> None:
     """It bends more than with the pressure on the chamber alone, and less than with a section that
     the threads keep rigid; the linear parts of both closed forms are p S / (4 μ I) by hand."""

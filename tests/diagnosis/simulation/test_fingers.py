@@ -106,6 +106,7 @@ def point(simulation: FingerSimulation, c: float, name: str, zeta: float) -> Poi
     return Point(factor, factor.zeta(c), (), ((cause, own),))
 
 
+@pytest.mark.slow
 def test_a_point_is_what_is_simulated_with_its_numbers(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
@@ -129,6 +130,7 @@ def test_a_point_is_what_is_simulated_with_its_numbers(
         np.testing.assert_allclose(found.told[0, :, 1 + place], by_u, atol=0.02 * largest)
 
 
+@pytest.mark.slow
 def test_where_causes_do_nothing_their_derivatives_are_known(
     simulation: FingerSimulation,
 ) -> None:
