@@ -32,6 +32,8 @@ COLUMNS: Final = (
     "processor_s", "simulations", "commit",
 )  # fmt: skip
 REFUSED: Final = "refused"
+LOADED: Final = commit()
+"""Commit whose package answers: a run lasts longer than a branch stands still."""
 
 Diagnose = Callable[[Laboratory, Path], DiagnosisFile]
 """Diagnoses what a laboratory measured so far, and writes the result into a folder."""
@@ -145,7 +147,7 @@ def _row(case: FrozenCase, turn: int) -> dict[str, Any]:
     empty = dict.fromkeys(COLUMNS, "")
     return empty | {
         "protocol": case.protocol, "kind": case.kind, "number": case.number, "round": turn,
-        "commit": commit(),
+        "commit": LOADED,
     }  # fmt: skip
 
 
