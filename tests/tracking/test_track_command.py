@@ -84,6 +84,13 @@ def test_a_video_becomes_what_diagnose_reads(
     np.testing.assert_allclose(np.array(setup["camera"]["markers"])[:, 1], arc(0.0)[:, 1], atol=0.2)
     assert 0.01 < setup["noise"]["marker_6_x_mm"] < 0.2
     assert 0.01 < setup["noise"]["correlated"]["marker_6_x_mm"] < 1.5
+    # the camera's errors are told: the plane of bending alone is known to 0.5° about either axis
+    assert 0.5 < setup["nuisance"]["camera_tilt_deg"] < 1.5
+    assert 0.001 < setup["nuisance"]["camera_scale"] < 0.01
+    assert setup["nuisance"].keys() == {
+        "camera_tilt_deg", "camera_scale", "camera_zero_mm", "camera_clock_s",
+    }  # fmt: skip
+    assert setup["camera"]["distance_mm"] == pytest.approx(Filmed().distance_mm - 10, rel=0.15)
     assert (tmp_path / "overlay.mp4").stat().st_size > 1000
     assert "not determined" in (tmp_path / "summary.md").read_text() or "k1" in "".join(said)
 
@@ -106,6 +113,11 @@ def test_pictures_have_their_states_in_their_names(tmp_path: Path) -> None:
         off < 2.5 * np.hypot(errors["noise_angle_deg"], errors["common_angle_deg"]) + 1e-9
     ).all()
     assert (out / "overlay_120.png").exists()
+    setup = tomllib.loads((out / "pictures.toml").read_text())
+    assert setup["nuisance"]["camera_tilt_deg"] == 2.0
+    assert "camera_clock_s" not in setup["nuisance"]
+    ends_mm = np.diff(setup["camera"]["scale_mm"], axis=0)
+    assert np.linalg.norm(ends_mm) == pytest.approx(60.0, abs=0.5)
 
 
 def test_the_sheet_is_written_without_a_video(tmp_path: Path) -> None:
