@@ -21,10 +21,12 @@ from support.differences import (
     HANGING,
     INSTRUMENTS,
     LASTING,
+    MOTION,
     RUBBING,
     SHORT,
     STEP,
     STEP_RUBBING,
+    SUPPLIED,
     by_parameter,
     derivatives,
     difference,
@@ -41,6 +43,8 @@ CASES: Mapping[str, tuple[str, Sequence[str]]] = {
     "blocked, elastic": ("blocked_force", (*BLOCKED, *COMPLIANT, *INSTRUMENTS)),
     "bending, two cycles": ("bending", (*LASTING, *CYCLES)),
     "blocked, two cycles": ("blocked_force", (*LASTING, *CYCLES, *RUBBING)),
+    "bending, in motion": ("bending", MOTION),
+    "bending, supplied with air": ("bending", SUPPLIED),
 }
 
 

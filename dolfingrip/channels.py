@@ -392,6 +392,17 @@ AIR_SUPPLY: Final = tuple(
 )  # fmt: skip
 """Readings of a supply of air, in a configuration with ``[supply]``."""
 
+ENERGIES: Final = tuple(
+    Channel(name=name, unit="mJ", title=title, about=about, form=".4f")
+    for name, title, about in (
+        ("kinetic_energy_mJ", "Kinetic energy", "kinetic energy, of the whole finger"),
+        ("energy_mJ", "Energy", "kinetic energy and the potential of all forces, those of the "
+         "pressure among them, of the whole finger; it is kept while the pressure is constant and "
+         "nothing is lost"),
+    )
+)  # fmt: skip
+"""Readings of a finger with inertia (``experiment.dynamic``)."""
+
 
 def of_line(markers: int | Sequence[Any], *, curve: bool) -> tuple[Channel, ...]:
     """Return the channels of the back's middle line that a configuration asks for.

@@ -13,6 +13,7 @@ import tomlkit
 from dolfingrip.channels import (
     AIR_SUPPLY,
     CHANNELS,
+    ENERGIES,
     OBSTACLE,
     PRESSURE,
     TIME,
@@ -71,7 +72,8 @@ def columns(
         line = of_line(config.camera.markers, curve=config.curve is not None)
         pressed = () if config.obstacle is None else OBSTACLE
         supplied = () if config.supply is None else AIR_SUPPLY
-        several += [c.name for c in (*line, *pressed, *supplied)]
+        moving = ENERGIES if config.experiment.dynamic else ()
+        several += [c.name for c in (*line, *pressed, *supplied, *moving)]
     instrumental = {c.name for c in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in instrumental]
     ends = (end for name in banded for end in of_band(name))

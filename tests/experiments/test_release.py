@@ -83,13 +83,13 @@ def test_the_sag_is_a_result(beam: Path, mass_g: float, centre_mm: float) -> Non
     assert result.column("tip_x_mm") == pytest.approx([0.0], abs=1e-9)
 
 
-def moving(beam: Path, end_s: float, **further: Any) -> Any:
+def moving(beam: Path, end_s: float, gradients: list[str] | None = None, **further: Any) -> Any:
     times = np.linspace(0.0, end_s, 41).tolist()
     asked = body(
         beam, experiment__dynamic=True, protocol__time_s=times,
         protocol__pressure_kPa=[0.0] * len(times), **further,
     )  # fmt: skip
-    result = run("bending", asked, comm=MPI.COMM_SELF)
+    result = run("bending", asked, comm=MPI.COMM_SELF, gradients=gradients)
     assert result.failure is None
     return result
 
@@ -115,6 +115,41 @@ def test_a_load_that_is_removed(beam: Path) -> None:
     mass_g = 1e6 * load_n / 9810
     assert x[0] == pytest.approx(sag_by_theory_mm(mass_g) - sag_by_theory_mm(), rel=0.02)
     assert x[-1] < x[0]
+
+
+@pytest.mark.slow
+def test_derivatives_of_a_release(beam: Path) -> None:
+    """A place that is held stays where it is: the load that holds it follows all parameters.
+
+    Against central differences, with the same steps in time.
+    """
+    strict = {"solver.rtol": 1e-11, "solver.time_error_mm": 10.0, "solver.max_step_s": 0.0025,
+              "extensions.tip_mass.mass_g": 1.0}  # fmt: skip
+    base = {
+        **{key.replace(".", "__"): value for key, value in strict.items()},
+        "release__held_x_mm": 0.0,
+    }
+    keys = ["material.mu_MPa", "material.density_kg_m3", "extensions.tip_mass.mass_g"]
+    changes = {"material__mu_MPa": MU, "material__density_kg_m3": DENSITY,
+               "extensions__tip_mass__mass_g": 1.0}  # fmt: skip
+
+    def swung(**further: Any) -> np.ndarray:
+        return moving(beam, 0.1, **{**base, **further}).column("tip_x_mm")
+
+    result = moving(beam, 0.1, gradients=keys, **base)
+    assert np.ptp(result.column("tip_x_mm")) > 1.0
+    for key, (name, value) in zip(keys, changes.items(), strict=True):
+        found = np.array([
+            value * float(row["derivative"]) for row in result.sensitivities
+            if (row["parameter"], row["column"]) == (key, "tip_x_mm")
+        ])  # fmt: skip
+        step = 1e-3
+        ends = [swung(**{name: value * (1 + sign * step)}) for sign in (1, -1)]
+        expected = (ends[0] - ends[1]) / (2 * step)
+        largest = np.abs(expected).max()
+        print(key, np.abs(found - expected).max() / largest)
+        assert largest > 0.1
+        np.testing.assert_allclose(found, expected, atol=2e-4 * largest)
 
 
 def test_refusals(beam: Path, tmp_path: Path) -> None:

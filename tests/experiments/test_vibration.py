@@ -50,7 +50,5 @@ def test_refusals() -> None:
     for command in ("coupon", "vibrate"):
         with pytest.raises(ConfigError, match=f"dynamic = true: {command}: allowed: false"):
             Request.of(command, moving)
-    with pytest.raises(ConfigError, match="gradients, bands: allowed: false"):
-        Request.of("bend", moving, gradients=())
     with pytest.raises(ConfigError, match='control = volume: allowed with dynamic: "pressure"'):
         small.short("experiment.dynamic=true", 'experiment.control="volume"')

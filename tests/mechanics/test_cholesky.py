@@ -10,7 +10,10 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton import cholmod
 from dolfingrip.mechanics.newton.cholesky import MOST_SKIPPED, Cholesky
+from dolfingrip.mechanics.newton.ending import Counts
+from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
+from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 pytestmark = pytest.mark.skipif(not cholmod.available(), reason="needs CHOLMOD")
 
@@ -116,3 +119,23 @@ def test_indefinite_matrices_in_a_row_are_left_to_ldlt(monkeypatch: pytest.Monke
     assert inverse.negative == 0
     rng = np.random.default_rng(SEED)
     assert_solves(inverse, matrix, definite, 0, rng)
+
+
+def test_factors_of_an_earlier_matrix_serve_derivatives() -> None:
+    """By conjugate gradients, without factorising; a matrix far away by its own factors."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    counts = Counts()
+    inverse = Cholesky(MPI.COMM_SELF, lambda: Factorisation("test_near_", MPI.COMM_SELF))
+    factors = Factors("test_near_factors_", inverse, FactorPolicy(), counts)
+    first = chain(2)
+    matrix, right = tangent(first), rng.uniform(-1, 1, (len(first), 4))
+    for more, near, factorised, allowed in (
+        (0.0, True, 1, 1e-10), (0.3, True, 1, 1e-8), (0.3, False, 2, 1e-10), (1e4, True, 3, 1e-10),
+    ):  # fmt: skip
+        dense = first + np.diag(more * rng.uniform(0, 1, len(first)))
+        matrix.setDiagonal(PETSc.Vec().createWithArray(np.diag(dense), comm=MPI.COMM_SELF))
+        factors.take(matrix, near=near)
+        error = abs(factors.solve_many(right) - np.linalg.solve(dense, right)).max()
+        assert error < allowed * abs(np.linalg.solve(dense, right)).max()
+        assert counts.factorisations == factorised

@@ -64,6 +64,22 @@ COMPLIANT = (
     "extensions.plate_gap={}", "extensions.plate_tilt={}",
     "extensions.wall_offset={}", "extensions.base_layer_offset={}",
 )  # fmt: skip
+MOTION = (
+    "experiment.dynamic=true", "protocol.time_s=[0.0, 0.005, 0.01, 0.015, 0.02, 0.025, 0.03]",
+    "protocol.pressure_kPa=[0.0, 10.0, 20.0, 20.0, 20.0, 20.0, 20.0]",
+    "solver.time_error_mm=10", "solver.max_step_s=0.0025", "contact.self_contact=false",
+    "extensions.loss_factor.highest_Hz=50", "extensions.tip_mass.mass_g=2",
+    "gravity.acceleration_m_s2=9.81",
+)  # fmt: skip
+"""A rise of the pressure in 10 ms and what follows, in steps of 2.5 ms. The loss has the same
+number of branches on both sides of its frequencies."""
+SUPPLIED = (
+    "protocol.time_s=[0.0, 0.02, 0.04, 0.1, 0.2, 0.3]",
+    "protocol.pressure_kPa=[0.0, 40.0, 40.0, 40.0, 40.0, 0.0]", "solver.max_step_s=0.01",
+    "supply.valve_dm3_per_s_bar=0.01", "supply.leak_mm=0.3", "supply.exponent=1.2",
+    "supply.duty=0.9", "supply.error_kPa=10",
+)  # fmt: skip
+"""The cavity fills through a valve, leaks and is vented."""
 
 
 def rows(
@@ -116,21 +132,31 @@ def difference(
         direction: change of each parameter, in its unit, for each unit of the result.
         step: half the change along it between the two runs.
     """
-    domain = load_domain(config, MPI.COMM_SELF)
-    moving = np.zeros_like(domain.mesh.geometry.x)
-    for parameter, rate in direction.items():
-        if parameter.entry is Entry.SHAPE:
-            moving += rate * velocity(parameter, config, domain.mesh.geometry.x)
-    ends = []
-    for sign in (step, -step):
-        changed = config
-        for parameter, rate in direction.items():
-            changed = parameter.at(changed, parameter.value(config) + sign * rate)
-        ends.append(rows(experiment, config, changed, sign * moving))
+    ends = [shifted(experiment, config, direction, sign) for sign in (step, -step)]
     return [
         {name: (there[name] - back[name]) / (2 * step) for name in there}
         for there, back in zip(*ends, strict=True)
     ]
+
+
+def shifted(
+    experiment: str, config: Config, direction: Mapping[Parameter, float], part: float
+) -> list[dict[str, float]]:
+    """Readings at all stops, with parameters changed by a part of a direction.
+
+    Args:
+        experiment: its name.
+        config: before the change, for which the mesh is made.
+        direction: change of each parameter, in its unit, for the whole of it.
+        part: of the direction.
+    """
+    points = load_domain(config, MPI.COMM_SELF).mesh.geometry.x
+    moving, changed = np.zeros_like(points), config
+    for parameter, rate in direction.items():
+        if parameter.entry is Entry.SHAPE:
+            moving += rate * velocity(parameter, config, points)
+        changed = parameter.at(changed, parameter.value(config) + part * rate)
+    return rows(experiment, config, changed, part * moving)
 
 
 def error(

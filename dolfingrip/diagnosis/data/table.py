@@ -20,6 +20,7 @@ from dolfingrip.channels import (
     CHANNELS,
     CURVE,
     DISPLACEMENT,
+    ENERGIES,
     OBSTACLE,
     OF_CAVITIES,
     PRESSURE,
@@ -64,7 +65,7 @@ MEASURED: Final = (*WHO, *NUMBERS)
 
 IGNORED: Final = frozenset(
     {name for each in EXPERIMENTS.values() for name in columns(each)}
-    | {CURVE.name, *(each.name for each in (*OBSTACLE, *AIR_SUPPLY))}
+    | {CURVE.name, *(each.name for each in (*OBSTACLE, *AIR_SUPPLY, *ENERGIES))}
 ) - {*MEASURED}
 """Further columns of a simulation's ``result.csv``, which no instrument reads."""
 

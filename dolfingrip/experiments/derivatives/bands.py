@@ -113,8 +113,9 @@ class Bands:
 
     @cached_property
     def _softening(self) -> dict[str, float]:
-        """All moduli, the changes that double them; none where stops have no pressure."""
-        return changes(self.config, "modulus", 1.0) if self._pressurised else {}
+        """All moduli, the changes that double them; none where pressure is not all that moves."""
+        softens = self._pressurised and not self.config.experiment.dynamic
+        return changes(self.config, "modulus", 1.0) if softens else {}
 
     @property
     def _pressurised(self) -> bool:

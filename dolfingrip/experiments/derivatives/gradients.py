@@ -102,7 +102,7 @@ def by_adjoint(config: Config) -> bool:
     """Tell whether adjoints give derivatives by ξ1 and ξ2 at the highest pressure.
 
     They do not where the volume is prescribed, as the highest pressure is then known at the end
-    only, nor with effects that remember earlier states or distort readings.
+    only, nor with inertia and effects that remember earlier states, or that distort readings.
 
     Args:
         config: of the simulation.
@@ -111,9 +111,10 @@ def by_adjoint(config: Config) -> bool:
         Whether they do.
     """
     adapted = config.adapted()
-    forgets = not any(effect.remembers() for effect in adapted.extensions.active())
+    remembers = any(effect.remembers() for effect in adapted.extensions.active())
     distorted = adapted.extensions.active(Displaying)
-    return adapted.experiment.control == "pressure" and forgets and not distorted
+    at_rest = adapted.experiment.control == "pressure" and not adapted.experiment.dynamic
+    return at_rest and not remembers and not distorted
 
 
 class AtHighest:

@@ -6,8 +6,9 @@ A choice of the model has no derivative, but the difference of two runs.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -151,6 +152,9 @@ class Sensitivities:
         config: configuration that the rig was prepared from.
         parameters: parameters that readings are derived by.
 
+    Raises:
+        ConfigError: one line, where a supply of air begins at a state that parameters change.
+
     Attributes:
         rows: one row for each stop, column and parameter, by :data:`COLUMNS`.
     """
@@ -160,12 +164,22 @@ class Sensitivities:
         self._config = config
         self._parameters = parameters
         self._perturbations = rig.perturbations(config, parameters)
-        self.forward = ForwardSensitivity(rig.newton.model, rig.newton.linear, self._perturbations)
+        of_load = [] if rig.place_load is None else [rig.place_load]
+        near = partial(rig.newton.linear, near=True)
+        self.forward = ForwardSensitivity(rig.newton.model, near, [*self._perturbations, *of_load])
+        self._loads_N: list[float] | None = None
         self._zero: list[dict[str, float]] | None = None
         self.rows: list[dict[str, int | float | str]] = []
         self._rows: list[dict[str, float]] = []
         self._slopes: list[list[dict[str, float]]] = [[] for _ in parameters]
-        rig.tared = callback(self.rest)
+        rig.tared, rig.held = callback(self.rest), callback(self.held)
+        if rig.air is not None and rig.from_rest_shape:
+            raise ConfigError(
+                "supply = a table: allowed: without gravity and without trapped air of another "
+                "pressure with --gradients or --bands, as they change the air at rest"
+            )
+        if rig.air is not None:
+            self.forward.begun(rig.air, rig.air.begin)
 
     def _true(self) -> dict[str, float]:
         """The readings that have derivatives, without the distortions of instruments."""
@@ -177,15 +191,32 @@ class Sensitivities:
         with self._rig.newton.profile.phase("sensitivities"):
             self._zero = self.forward.readings(self._true)
             size = len(self._rig.newton.model.u.x.array)
-            for perturbation, change in zip(self._perturbations, self.forward.changes, strict=True):
+            changes = self.forward.changes[: len(self._perturbations)]
+            for perturbation, change in zip(self._perturbations, changes, strict=True):
                 moved = change.unknowns[:size]
                 placed = self._rig.from_rest_shape and moved.any()
                 perturbation.at_rest = moved.copy() if placed else None
 
+    def held(self, place_mm: Callable[[], float]) -> None:
+        """Store the derivatives of the load that holds a place: 0 = ∂x/∂m + ∂x/∂L dL/dm."""
+        slopes = self.forward.readings(lambda: {"place_mm": place_mm()})
+        *by_parameter, by_load = (slope["place_mm"] for slope in slopes)
+        self._loads_N = [-slope / by_load for slope in by_parameter]
+
+    def _with_load(self, derived: list[dict[str, float]]) -> list[dict[str, float]]:
+        """Let the load that holds a place, which readings are derived by last, change as well."""
+        if self._loads_N is None:
+            return derived
+        *by_parameter, by_load = derived
+        return [
+            {name: slope + load_N * by_load[name] for name, slope in slopes.items()}
+            for slopes, load_N in zip(by_parameter, self._loads_N, strict=True)
+        ]
+
     def record(self, row: int) -> None:
         """Derive the readings of the present stop, which is row ``row`` of the result."""
         with self._rig.newton.profile.phase("sensitivities"):
-            derived = self.forward.readings(self._true)
+            derived = self._with_load(self.forward.readings(self._true))
             self._rows.append(self._true())
         for i, (parameter, slopes) in enumerate(zip(self._parameters, derived, strict=True)):
             if self._zero is not None:

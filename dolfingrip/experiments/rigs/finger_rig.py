@@ -55,7 +55,7 @@ class FingerRig(Rig):
     ) -> None:
         super().__init__(Newton(finger.model, config.solver, profile), finger)
         self._config = config
-        self._finger, self.pressures = finger, finger.pressures
+        self._finger, self.pressures, self.air = finger, finger.pressures, finger.air
         self._observation = observation
         self.readings = observation.readings
         self.from_rest = observation.from_rest
@@ -97,6 +97,7 @@ class FingerRig(Rig):
             observation = Observation(finger)
         made = cls(config, finger, observation, profile)
         made.hold = hold if config.release.acts else None
+        made.place_load = None if config.release.held_x_mm is None else hold
         return made
 
     @property
@@ -162,7 +163,7 @@ class FingerRig(Rig):
         The load that holds a place is found by a secant.
         """
         release, model = self._config.release, self._finger.model
-        hold.load_N = release.load_x_N
+        hold.load_N, hold.holds = release.load_x_N, True
         failure = settle(self.newton, observers)
         if failure is not None or release.held_x_mm is None:
             return failure
@@ -172,8 +173,11 @@ class FingerRig(Rig):
         for _ in range(SECANTS):
             before_mm = tip.value()
             off_mm = release.held_x_mm - before_mm
-            if failure is not None or abs(off_mm) < near_mm:
+            if failure is not None:
                 return failure
+            if abs(off_mm) < near_mm:
+                self.held(tip.value)
+                return None
             more_N = off_mm / compliance
             hold.load_N += more_N
             failure = settle(self.newton, observers)

@@ -108,16 +108,38 @@ def weight_value(config: Setup, part: str = REST) -> np.ndarray:
     return np.asarray(T_MM3 * density * config.gravity.falls_mm_s2)
 
 
-def densities(site: Site) -> dict[tuple[str, ...], float]:
-    """Density (kg/m³) of each part that has mass, by its name; () is the whole.
+def density_name(part: str = REST) -> str:
+    """Name of a part's constant for its density."""
+    return "inertia.density_t_mm3" if part == REST else f"material.{part}.density_t_mm3"
+
+
+def density_value(config: Setup, part: str = REST) -> float:
+    """Density of a part (t/mm³)."""
+    return T_MM3 * config.material.of(part).density_kg_m3
+
+
+def densities(site: Site) -> dict[tuple[str, ...], fem.Constant]:
+    """Density (t/mm³) of each part that has mass, by its name; () is the whole.
 
     Args:
-        site: of the finger. Its films that are layers have none.
+        site: of the finger; the constants are added to its parameters. Its films that are layers
+            have none.
     """
+    return _of_parts(site, density_name, density_value)
+
+
+def _of_parts(
+    site: Site, name: Callable[[str], str], value: Callable[[Setup, str], np.ndarray | float]
+) -> dict[tuple[str, ...], fem.Constant]:
+    """A constant for each part that has mass, which parts without a material of their own share."""
     config, parts = site.config, site.domain.parts
+    for part in (REST, *(part for part in parts if part in config.material.own)):
+        made = fem.Constant(site.domain.mesh, np.asarray(value(config, part), PETSc.ScalarType))
+        site.parameters.setdefault(name(part), made)
     layers = {film.region for film in config.film.layers.values()}
-    names: list[tuple[str, ...]] = [(part,) for part in parts if part not in layers] or [()]
-    return {name: config.material.of("".join(name)).density_kg_m3 for name in names}
+    massive: list[tuple[str, ...]] = [(part,) for part in parts if part not in layers] or [()]
+    shared = site.parameters[name(REST)]
+    return {names: site.parameters.get(name("".join(names)), shared) for names in massive}
 
 
 def dead_weight(site: Site) -> DeadWeight | None:
@@ -127,16 +149,10 @@ def dead_weight(site: Site) -> DeadWeight | None:
     because the reduced rule leaves modes of its elements without energy, and nothing bears a weight
     in these modes at rest.
     """
-    config, domain = site.config, site.domain
-    regions = [part for part in domain.parts if part in config.material.own]
-    constants = {
-        part: fem.Constant(domain.mesh, weight_value(config, part)) for part in (REST, *regions)
-    }
-    site.parameters |= {weight_name(part): constant for part, constant in constants.items()}
-    if not config.gravity.acceleration_m_s2:
+    weights = _of_parts(site, weight_name, weight_value)
+    if not site.config.gravity.acceleration_m_s2:
         return None
-    weights = {name: constants.get("".join(name), constants[REST]) for name in densities(site)}
-    return DeadWeight(site.u, domain, weights)
+    return DeadWeight(site.u, site.domain, weights)
 
 
 BACK = ufl.as_vector([-1, 0, 0])

@@ -26,6 +26,7 @@ from dolfingrip.experiments.rigs.pneumatics import of_supply
 from dolfingrip.experiments.rigs.undeformed import REST, morph
 from dolfingrip.mechanics.model.assembly import undeformed
 from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
+from dolfingrip.mechanics.readings.energy import energies
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.line import of_line
 from dolfingrip.mechanics.readings.obstacle import on_obstacle
@@ -190,6 +191,8 @@ class Observation:
             readings += on_obstacle(model, finger.site.obstacle, finger.config.obstacle.friction)
         if finger.air is not None:
             readings += of_supply(model, finger.air)
+        if finger.inertia is not None:
+            readings += energies(model, finger.inertia)
         if plate is not None:
             readings += [
                 PlateForce(model, plate),

@@ -251,10 +251,9 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
     base = materials.values(material)
     for region in material.own:
         base |= materials.values(material.of(region), f"material.{region}")
-    base |= {
-        materials.weight_name(part): materials.weight_value(config, part)
-        for part in (REST, *material.own)
-    }
+    for part in (REST, *material.own):
+        base[materials.weight_name(part)] = materials.weight_value(config, part)
+        base[materials.density_name(part)] = materials.density_value(config, part)
     base[config.gravity.FALLS] = config.gravity.falls_mm_s2
     constants: dict[str, np.ndarray] = {}
     for name in names:
@@ -262,6 +261,8 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
             constants[name] = np.asarray(base[name])
             continue
         section, _, inner = name.partition(".")
+        if not hasattr(config, section):
+            continue  # a load that an experiment sets
         if section == "obstacle":
             constants[name] = np.asarray(getattr(config.obstacle, inner))
             continue

@@ -14,10 +14,12 @@ from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.model import Control
+from dolfingrip.mechanics.newton.air_supply import AirSupply
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation
 from dolfingrip.parameter import Parameter
 
 
@@ -35,6 +37,9 @@ class Rig(ABC):
         readings: readings by column, without instruments' errors.
         from_rest: columns that count from the state at rest.
         tared: called as soon as the state at rest is known.
+        place_load: the load that holds a place, which parameters change; None if none does.
+        air: supply of the specimen's air, which begins at rest; None without one.
+        held: called with that place (mm) once it is held, as a function of the model's state.
     """
 
     specimen_name: ClassVar[str]
@@ -49,6 +54,9 @@ class Rig(ABC):
         self.sag_mm: tuple[float, float, float] | None = None
         self.pressures: Mapping[str, Control] = {}
         self.tared: Callable[[], None] = lambda: None
+        self.place_load: Perturbation | None = None
+        self.air: AirSupply | None = None
+        self.held: Callable[[Callable[[], float]], None] = lambda place_mm: None
         self._true: defaultdict[str, list[float]] = defaultdict(list)
 
     @property

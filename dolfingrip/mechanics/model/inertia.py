@@ -52,7 +52,7 @@ class Inertia(Memory):
     Args:
         u: displacement (mm).
         domain: reference configuration.
-        densities_kg_m3: by the names of parts, none for the whole.
+        densities_t_mm3: by the names of parts, none for the whole.
         masses: fixed to its faces.
         alpha: α of the scheme.
         error_mm: error of a step that is allowed.
@@ -67,7 +67,7 @@ class Inertia(Memory):
         self,
         u: fem.Function,
         domain: Domain,
-        densities_kg_m3: Mapping[tuple[str, ...], float],
+        densities_t_mm3: Mapping[tuple[str, ...], fem.Constant],
         masses: Sequence[FaceMass] = (),
         alpha: float = 0.0,
         error_mm: float = np.inf,
@@ -79,11 +79,8 @@ class Inertia(Memory):
         self._ahead = fem.Function(space)
         self._stiffness = fem.Constant(mesh, PETSc.ScalarType(0.0))
         parts = [
-            (
-                fem.Constant(mesh, PETSc.ScalarType(T_MM3 * density)),
-                domain.volume(*names, quadrature_degree=2 * space.ufl_element().degree),
-            )
-            for names, density in densities_kg_m3.items()
+            (density, domain.volume(*names, quadrature_degree=2 * space.ufl_element().degree))
+            for names, density in densities_t_mm3.items()
         ]
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
         fixed = [(each, each.moved(v), each.moved(w)) for each in masses]

@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton.cholesky import Cholesky, conjugate_gradients
 from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.inverse import Exact, Inverse
 from dolfingrip.mechanics.newton.lagging import CorrectedStep
@@ -50,6 +51,7 @@ class Factors:
         self._spare, self._spare_policy = spare, spare_policy or policy
         self._ksp: PETSc.KSP | None = None
         self._factorised: PETSc.Mat | None = None
+        self._wanted: PETSc.Mat | None = None
         self._current = False
         self._good = False
         # PETSc's fast product of a vector with several depends on where in memory they are: the
@@ -197,15 +199,32 @@ class Factors:
 
     # -- many right-hand sides ---------------------------------------------------------------------
 
-    def factorise(self, matrix: PETSc.Mat) -> None:
-        """Factorise ``matrix``, even if earlier factors are good."""
+    def take(self, matrix: PETSc.Mat, *, near: bool) -> None:
+        """Let :meth:`solve_many` solve with ``matrix``.
+
+        Args:
+            matrix: it must stay as it is until then.
+            near: whether good factors of an earlier matrix may serve, else it is factorised.
+        """
         if self._ksp is None:
             self._create(matrix)
-        self._factorise(matrix)
+        self._wanted, self._current = matrix, False
+        if not (near and self._good and isinstance(self._inverse, Cholesky)):
+            self._factorise(matrix)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, this rank's rows, to rounding."""
+        """(n, k) solutions for (n, k) right-hand sides, this rank's rows.
+
+        They are good to rounding, and by the factors of an earlier matrix to 1e-9.
+        """
         assert self._ksp is not None
+        if isinstance(self._inverse, Cholesky) and not self._current:
+            assert self._wanted is not None
+            limits = self._policy.near_rtol, self._policy.near_iterations
+            solutions = conjugate_gradients(self._wanted, self._inverse.approximate, right, *limits)
+            if solutions is not None:
+                return solutions
+            self._factorise(self._wanted)
         if self._inverse.exact:
             return self._exact.solve_many(right)
         assert self._factorised is not None

@@ -132,8 +132,12 @@ class Newton:
         ending = ending_of(self._snes.getConvergedReason(), course.rules, late=course.late)
         return Solve(ending, taken, self._system.damping.unstable), course.lagging.overshot
 
-    def linear(self) -> Callable[[np.ndarray], np.ndarray]:
-        """K⁻¹ at the model's present state, factorised once.
+    def linear(self, *, near: bool = False) -> Callable[[np.ndarray], np.ndarray]:
+        """K⁻¹ at the model's present state.
+
+        Args:
+            near: whether factors of the last iterations may serve, with conjugate gradients and
+                until the next solve; else K is factorised once.
 
         Returns:
             A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
@@ -143,7 +147,7 @@ class Newton:
         self.model.carried.reset()
         self.model.set_residual(0.0)
         self.tangent.assemble()
-        factors.factorise(self.tangent.matrix)
+        factors.take(self.tangent.matrix, near=near)
 
         def solve(values: np.ndarray) -> np.ndarray:
             right = values if values.ndim == 2 else values[:, None]

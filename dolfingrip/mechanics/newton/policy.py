@@ -115,6 +115,10 @@ class FactorPolicy:
             is for what the first one left.
         exact_left: residual that these may leave, relative to the right-hand side, or factors take
             the inverse's place.
+        near_rtol: error of solutions by factors of an earlier matrix, in the norm of the energy,
+            where solutions are differentiated.
+        near_iterations: conjugate gradients' iterations for these, beyond which the matrix is
+            factorised.
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
@@ -131,6 +135,8 @@ class FactorPolicy:
     restart: int = 60
     exact_rtol: float = 1e-8
     exact_left: float = 1e-6
+    near_rtol: float = 1e-9
+    near_iterations: int = 12
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
     operator_iterations_at_most: int = 40
