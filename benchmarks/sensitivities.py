@@ -26,6 +26,7 @@ from support.differences import (
     SHORT,
     STEP,
     STEP_RUBBING,
+    SUPPLIED,
     by_parameter,
     derivatives,
     difference,
@@ -43,6 +44,7 @@ CASES: Mapping[str, tuple[str, Sequence[str]]] = {
     "bending, two cycles": ("bending", (*LASTING, *CYCLES)),
     "blocked, two cycles": ("blocked_force", (*LASTING, *CYCLES, *RUBBING)),
     "bending, in motion": ("bending", MOTION),
+    "bending, supplied with air": ("bending", SUPPLIED),
 }
 
 

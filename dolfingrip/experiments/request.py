@@ -129,10 +129,12 @@ class Request:
         slopes = keys is not None or wanted.get("bands") is not None
         if config.experiment.dynamic and wanted.get("places"):
             raise ConfigError("experiment.dynamic = true: readings at a place: allowed: false")
-        supplied = config.supply is not None and AirLine.felt_on(chosen.parts)
-        if supplied and (slopes or wanted.get("places")):
-            words = "allowed: without gradients, bands and readings at a place"
-            raise ConfigError(f"supply = a table: {words}")
+        supply = config.supply if AirLine.felt_on(chosen.parts) else None
+        if supply is not None and wanted.get("places"):
+            raise ConfigError("supply = a table: allowed: without readings at a place")
+        if supply is not None and slopes and supply.source == "syringe":
+            words = "allowed: another source with gradients and bands"
+            raise ConfigError(f'supply.source = "syringe": {words}')
         return cls(chosen, chosen.settings(config), keys, **wanted)
 
     @property

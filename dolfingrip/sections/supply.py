@@ -13,7 +13,16 @@ from pydantic import Field, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.section import FINGERS, Numbers, Ratio, Refusal, Role, Section, outside
+from dolfingrip.sections.section import (
+    FINGERS,
+    Entry,
+    Numbers,
+    Ratio,
+    Refusal,
+    Role,
+    Section,
+    outside,
+)
 
 FILE: Final = Path(__file__).with_name("boards.toml")
 """The boards by name, each with its source."""
@@ -44,6 +53,12 @@ class AirLine(Section):
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
+    entry: ClassVar = dict.fromkeys(
+        ("tank_cm3", "tank_kPa", "valve_dm3_per_s_bar", "valve_b", "exhaust_dm3_per_s_bar",
+         "exhaust_b", "duty", "band_kPa", "tube_dm3_per_s_bar", "tube_b", "tube_cm3", "leak_mm",
+         "exponent"),
+        Entry.SUPPLY,
+    )  # fmt: skip
 
     board: str = Field("", description="a board by name, whose numbers are the defaults below")
     source: Literal["ideal", "pump", "tank", "syringe"] = Field(

@@ -31,6 +31,7 @@ STEP = (
 FEW = ("mesh.size_mm=12", "mesh.edge_size_mm=12")
 """Elements of a finger whose air alone is looked at, in many steps in time."""
 
+SYRINGE = ("supply.source=syringe", "experiment.control=volume")
 LET_GO = ("release.load_x_N=0.1", "experiment.dynamic=true")
 """A tip that is held before 0 s, and let go."""
 
@@ -149,17 +150,18 @@ def test_experiments_that_prescribe_the_pressure_refuse_a_supply() -> None:
 
 
 @pytest.mark.parametrize(
-    "wanted",
+    ("source", "wanted", "said"),
     [
-        {"gradients": ()},
-        {"bands": {}},
-        {"places": (Place("pressure_kPa", 20.0),)},
+        ("syringe", {"gradients": ()}, 'supply.source = "syringe": allowed: another source with'),
+        ("syringe", {"bands": {}}, 'supply.source = "syringe": allowed: another source with'),
+        ("ideal", {"places": (Place("pressure_kPa", 20.0),)}, "allowed: without readings at a pla"),
     ],
 )
-def test_derivatives_and_readings_at_a_place_refuse_a_supply(wanted: dict[str, Any]) -> None:
+def test_what_a_supply_refuses(source: str, wanted: dict[str, Any], said: str) -> None:
     """Before anything is computed; a coupon, which feels no supply, does not mind."""
-    supplied = small.short("supply.source=ideal")
-    with pytest.raises(ConfigError, match="supply = a table: allowed: without gradients, bands"):
+    control = "volume" if source == "syringe" else "pressure"
+    supplied = small.short(f"supply.source={source}", f"experiment.control={control}")
+    with pytest.raises(ConfigError, match=said):
         Request.of("bending", supplied, **wanted)
     assert Request.of("coupon", supplied, **wanted).config.supply is not None
 
@@ -172,6 +174,12 @@ def test_designs_without_derivatives_may_have_a_supply_or_inertia(key: str) -> N
     assert by_adjoint(small.short())
 
 
+def test_derivatives_refuse_a_supply_to_a_finger_that_hangs() -> None:
+    hanging = small.short("supply.source=ideal", "gravity.acceleration_m_s2=9.81")
+    with pytest.raises(ConfigError, match="supply = a table: allowed: without gravity and"):
+        run("bending", hanging, comm=MPI.COMM_SELF, gradients=["material.mu_MPa"])
+
+
 @pytest.mark.parametrize(
     ("command", "further", "settings", "said"),
     [
@@ -179,10 +187,9 @@ def test_designs_without_derivatives_may_have_a_supply_or_inertia(key: str) -> N
         ("robot", (), ("supply.source=ideal",), "supply = a table"),
         ("push", (), ("supply.source=ideal",), "supply = a table"),
         ("vibrate", (), ("supply.source=ideal",), "supply = a table"),
-        ("bend", ("--gradients",), ("supply.source=ideal",), "supply = a table"),
+        ("bend", ("--gradients",), SYRINGE, "supply.source"),
         ("coupon", (), ("supply.source=ideal",), "supply = a table"),
-        ("doe", ("--gradients",), ("supply.source=ideal",), "supply = a table"),
-        ("doe", ("--gradients",), ("experiment.dynamic=true",), "experiment.dynamic"),
+        ("doe", ("--gradients",), SYRINGE, "supply.source"),
         ("doe", ("--quantity", "pickup_margin"), ("supply.source=ideal",), "supply = a table"),
         ("export", ("{out}/a.inp",), ("supply.source=ideal",), "no supply of air"),
         ("export", ("{out}/a.inp",), LET_GO, "release.load_x_N"),

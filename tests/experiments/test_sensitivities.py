@@ -70,9 +70,10 @@ def along(
         ("blocked_force", (*VOLUME, "extensions.prony={}", "extensions.plate_compliance={}",
                            "plate.tilt_deg=5", "experiment.unload=true"), LASTING),
         ("bending", (*differences.MOTION, "mesh.size_mm=10", "mesh.edge_size_mm=10"), ELASTIC),
+        ("bending", (*differences.SUPPLIED, "mesh.size_mm=10", "mesh.edge_size_mm=10"), ELASTIC),
     ],
     ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles", "controlled by volume",
-         "viscous, controlled by volume", "in motion"],
+         "viscous, controlled by volume", "in motion", "supplied with air"],
 )  # fmt: skip
 def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: float) -> None:
     at = settings(*overrides)

@@ -152,6 +152,9 @@ class Sensitivities:
         config: configuration that the rig was prepared from.
         parameters: parameters that readings are derived by.
 
+    Raises:
+        ConfigError: one line, where a supply of air begins at a state that parameters change.
+
     Attributes:
         rows: one row for each stop, column and parameter, by :data:`COLUMNS`.
     """
@@ -170,6 +173,13 @@ class Sensitivities:
         self._rows: list[dict[str, float]] = []
         self._slopes: list[list[dict[str, float]]] = [[] for _ in parameters]
         rig.tared, rig.held = callback(self.rest), callback(self.held)
+        if rig.air is not None and rig.from_rest_shape:
+            raise ConfigError(
+                "supply = a table: allowed: without gravity and without trapped air of another "
+                "pressure with --gradients or --bands, as they change the air at rest"
+            )
+        if rig.air is not None:
+            self.forward.begun(rig.air, rig.air.begin)
 
     def _true(self) -> dict[str, float]:
         """The readings that have derivatives, without the distortions of instruments."""

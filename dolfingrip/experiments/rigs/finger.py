@@ -198,6 +198,8 @@ class FingerModel:
         for control in self.by_pressure.controls.values():
             if isinstance(control, Supply):
                 control.stages = config.extensions.active(Stage)
+        if self.air is not None and config.supply is not None:
+            self.air.air.line = line_of(config.supply)
 
 
 def pressures(config: Config, site: Site) -> list[ufl.Form]:

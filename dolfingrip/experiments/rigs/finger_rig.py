@@ -55,7 +55,7 @@ class FingerRig(Rig):
     ) -> None:
         super().__init__(Newton(finger.model, config.solver, profile), finger)
         self._config = config
-        self._finger, self.pressures = finger, finger.pressures
+        self._finger, self.pressures, self.air = finger, finger.pressures, finger.air
         self._observation = observation
         self.readings = observation.readings
         self.from_rest = observation.from_rest

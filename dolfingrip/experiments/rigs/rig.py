@@ -14,6 +14,7 @@ from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.model import Control
+from dolfingrip.mechanics.newton.air_supply import AirSupply
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
@@ -37,6 +38,7 @@ class Rig(ABC):
         from_rest: columns that count from the state at rest.
         tared: called as soon as the state at rest is known.
         place_load: the load that holds a place, which parameters change; None if none does.
+        air: supply of the specimen's air, which begins at rest; None without one.
         held: called with that place (mm) once it is held, as a function of the model's state.
     """
 
@@ -53,6 +55,7 @@ class Rig(ABC):
         self.pressures: Mapping[str, Control] = {}
         self.tared: Callable[[], None] = lambda: None
         self.place_load: Perturbation | None = None
+        self.air: AirSupply | None = None
         self.held: Callable[[Callable[[], float]], None] = lambda place_mm: None
         self._true: defaultdict[str, list[float]] = defaultdict(list)
 

@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.model.state import Memory, State
 from dolfingrip.mechanics.sensitivity.repeated_step import Change, Perturbation, RepeatedStep
 
 CHANGE: Final = 1e-7
@@ -79,6 +79,27 @@ class ForwardSensitivity:
         self._before = before
         if before.history:
             self._advance(before)
+
+    def begun(self, memory: Memory, begin: Callable[[], None]) -> None:
+        """Derive the values that a memory begins with at the present, accepted state.
+
+        Args:
+            memory: of the model.
+            begin: sets its values by the model's state and parameters.
+        """
+        model = self._model
+        state, here = model.state(), model.unknowns.local()
+        begin()
+        base = memory.values()
+        for perturbation, change, amount in self._each():
+            with perturbation.applied(amount):
+                model.unknowns.set_local(here + amount * change.unknowns)
+                begin()
+                there = memory.values()
+            change.history |= {name: _rate(there[name], base[name], amount) for name in base}
+        model.restore(state)
+        begin()
+        self._history = None
 
     def readings(self, read: Callable[[], Readings]) -> list[dict[str, float]]:
         """Derivatives of readings at the present, accepted state, for each parameter.
