@@ -215,7 +215,7 @@ class Factors:
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows.
 
-        They are good to rounding, and by the factors of an earlier matrix to 1e-9.
+        They are good to rounding, and by the factors of an earlier matrix to 1e-7.
         """
         assert self._ksp is not None
         if isinstance(self._inverse, Cholesky) and not self._current:

@@ -135,7 +135,7 @@ class FactorPolicy:
     restart: int = 60
     exact_rtol: float = 1e-8
     exact_left: float = 1e-6
-    near_rtol: float = 1e-9
+    near_rtol: float = 1e-7
     near_iterations: int = 12
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
