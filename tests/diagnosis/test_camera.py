@@ -75,11 +75,12 @@ def filmed(folder: Path, hidden: Mapping[str, Any], tilt_deg: float, noise_mm: f
 
 
 def diagnosed(
-    folder: Path, store: Path, hidden: Mapping[str, Any], tilt_deg: float, noise_mm: float
-) -> Delivered:
+    folder: Path, store: Path, hidden: Mapping[str, Any], tilt_deg: float, noise_mm: float,
+    *, quick: bool = True,
+) -> Delivered:  # fmt: skip
     config = hidden_bending.config()
     measurement = read([filmed(folder, hidden, tilt_deg, noise_mm)], config)
-    settings = DiagnosisSettings(quick=True, effects=TRIED)
+    settings = DiagnosisSettings(quick=quick, effects=TRIED)
     found = delivered(diagnose_measurement(measurement, config, Here(store), settings), folder)
     print(found.verdict)
     return found
@@ -105,6 +106,17 @@ def test_another_cause_beside_an_ordinary_camera(tmp_path: Path, store: Path) ->
     found = diagnosed(tmp_path, store, hidden, 1.5, 0.003)
     assert found.verdict.effects == ("base_layer_offset",)
     assert not found.verdict.second
+
+
+@pytest.mark.slow
+def test_a_law_beside_an_ordinary_camera(tmp_path: Path, store: Path) -> None:
+    """The same of Mooney and Rivlin's law, which is simulated at strengths of its own."""
+    hidden = {"mooney_rivlin": {"C01_MPa": 1.2}}
+    found = diagnosed(tmp_path, store, hidden, 1.5, 0.004, quick=False)
+    assert found.verdict.effects == ("mooney_rivlin",)
+    assert not found.verdict.second
+    number = found.numbers["extensions.mooney_rivlin.C01_MPa"]
+    assert number.low < 1.2 < number.high
 
 
 def test_a_camera_is_in_the_place_of_a_sensor(tmp_path: Path) -> None:
