@@ -126,7 +126,7 @@ class TangentBlend:
         """
         off = u[:, None] - self.u
         square = np.square(off).sum(axis=2) + 1e-9
-        weight = square ** -float(POWER)
+        weight = 1 / square**POWER
         weight /= weight.sum(axis=1, keepdims=True) + self.fading
         m, k, d = self.slopes.shape
         steps = np.matmul(off.swapaxes(0, 1), self.slopes.swapaxes(1, 2)).swapaxes(0, 1)

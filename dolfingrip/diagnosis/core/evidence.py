@@ -20,15 +20,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
-from typing import Final
+from itertools import batched, chain, pairwise
+from typing import Final, NamedTuple
 
 import numpy as np
 import scipy.linalg
 
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
 from dolfingrip.diagnosis.core.sampling import drawn
-from dolfingrip.diagnosis.core.unknown import Unknown
+from dolfingrip.diagnosis.core.unknown import Unknown, coordinates
 from dolfingrip.diagnosis.policy import Policy
 
 Subset = tuple[str, ...]
@@ -120,6 +120,16 @@ class InferenceProblem:
     def levels(self) -> Mapping[float, CovarianceModel]:
         """All columns under the covariance of each level of the discrepancy."""
         return {level: CovarianceModel(self, level) for level in self.policy.levels}
+
+    @cached_property
+    def columns(self) -> dict[Subset, np.ndarray]:
+        """Which columns of Z each blend has; those of readings and linear numbers come first."""
+        counts = [blend.columns.shape[1] for blend in self.blends.values()]
+        ends = np.cumsum([1 + self.linear.shape[1], *counts]).tolist()
+        return {
+            causes: np.arange(first, end)
+            for causes, (first, end) in zip(self.blends, pairwise(ends), strict=True)
+        }
 
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
@@ -218,10 +228,13 @@ class InferenceProblem:
             if places.keys() >= {*causes}
         ]
 
+    def unknowns(self, subset: Subset) -> list[Unknown]:
+        """Numbers of a hypothesis, by ζ: those of the model's own first."""
+        return [*self.always, *(n for name in self.causes(subset) for n in self.numbers[name])]
+
     def box(self, subset: Subset) -> np.ndarray:
-        """Ranges of ζ of a hypothesis, (d, 2); those of the model's own numbers first."""
-        every = [*self.always, *(n for name in self.causes(subset) for n in self.numbers[name])]
-        return np.array([[number.low, number.high] for number in every])
+        """Ranges of ζ of a hypothesis, (d, 2)."""
+        return np.array([[number.low, number.high] for number in self.unknowns(subset)])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
@@ -330,21 +343,32 @@ class CovarianceModel:
     before: CovarianceModel | None = None
 
     def __post_init__(self) -> None:
-        problem, known = self.problem, self.before
-        if known is None:
+        problem, before = self.problem, self.before
+        if before is None:
             total = problem.covariance + self.level**2 * problem.kernel
             self._lower = scipy.linalg.cholesky(total, lower=True)
-            first = np.column_stack([problem.value, problem.linear])
-            self._white: dict[Subset | str, np.ndarray] = {"": self.whitened(first)}
+            self._first = self.whitened(np.column_stack([problem.value, problem.linear]))
         else:
-            self._lower, self._white = known._lower, dict(known._white)
-        for causes, each in problem.blends.items():
-            if known is None or known.problem.blends.get(causes) is not each:
-                self._white[causes] = self.whitened(each.columns)
+            self._lower, self._first = before._lower, before._first
+        self._white: dict[Subset, np.ndarray] = {
+            causes: self.whitened(blend.columns)
+            if before is None or before.problem.blends.get(causes) is not blend
+            else before._white[causes]
+            for causes, blend in problem.blends.items()
+        }
         self.before = None
         log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
         self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
-        self._grams: dict[tuple[Subset | str, Subset | str], np.ndarray] = {}
+
+    @cached_property
+    def _whitened(self) -> np.ndarray:
+        """Z whitened, with one more column of zeros."""
+        return np.column_stack([self._first, *self._white.values(), np.zeros(len(self._first))])
+
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """G of all columns, with one more row and column of zeros."""
+        return np.asarray(self._whitened.T @ self._whitened)
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
@@ -360,34 +384,16 @@ class CovarianceModel:
 
     def read(self, value: np.ndarray) -> CovarianceModel:
         """Return the model of other readings y, shape (n,), by the same columns."""
-        found = copy(self)
-        found.problem = replace(self.problem, value=value)
-        found._white = dict(self._white)
-        found._white[""] = np.column_stack([self.whitened(value), self._white[""][:, 1:]])
-        found._grams = {key: each for key, each in self._grams.items() if "" not in key}
-        return found
+        other, gram = copy(self), self.gram.copy()
+        other.problem = replace(self.problem, value=value)
+        other._whitened = np.column_stack([self.whitened(value), self._whitened[:, 1:]])
+        gram[0] = gram[:, 0] = other._whitened[:, 0] @ other._whitened
+        other.gram = gram
+        return other
 
-    def gram(self, subset: Subset) -> np.ndarray:
-        """G of a hypothesis: of readings, linear numbers, and the blends of its parts."""
-        keys: list[Subset | str] = ["", *(causes for causes, _, _ in self.problem.parts(subset))]
-        return np.block([[self._product(one, other) for other in keys] for one in keys])
-
-    def _product(self, one: Subset | str, other: Subset | str) -> np.ndarray:
-        if (one, other) not in self._grams:
-            found = self._white[one].T @ self._white[other]
-            self._grams[one, other], self._grams[other, one] = found, found.T
-        return self._grams[one, other]
-
-    def largest(self, subset: Subset) -> float:
-        """ln of the largest likelihood of any change within the columns of causes."""
-        gram = self.gram(subset)
-        inner = gram[1:, 1:] + np.diag(1e-9 * np.diag(gram)[1:] + 1e-12)
-        found = gram[1:, 0] @ np.linalg.solve(inner, gram[1:, 0])
-        return -0.5 * float(gram[0, 0] - found + self.log_det)
-
-    def of(self, subset: Subset) -> Hypothesis:
+    def of(self, subset: Subset) -> Hypotheses:
         """A hypothesis under this covariance alone."""
-        return Hypothesis.under([self], subset)
+        return Hypotheses.under([self], [subset])
 
 
 SETTLED: Final = 1e-4
@@ -395,6 +401,9 @@ SETTLED: Final = 1e-4
 
 STEPS: Final = 100
 """Newton's steps of a descent, at most."""
+
+TOGETHER: Final = 100
+"""Fits that are made at once: their arrays stay within a processor's cache."""
 
 
 @dataclass(eq=False)
@@ -426,159 +435,283 @@ class _Places:
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Products of a hypothesis' columns under one covariance, or under several.
+    """Products of hypotheses' columns under a covariance each.
 
     Attributes:
-        gram: G, shape (k, k), or (levels, k, k).
-        log_det: ln|C| + n ln 2π of each.
+        gram: G, shape (hypotheses, k, k).
+        log_det: ln|C| + n ln 2π, shape (hypotheses,).
     """
 
     gram: np.ndarray
-    log_det: float | np.ndarray
-
-    @classmethod
-    def stacked(cls, every: Sequence[Products]) -> Products:
-        """Return products of several covariances, each array with one more axis, the first.
-
-        Args:
-            every: of one hypothesis.
-        """
-        return cls(np.array([own.gram for own in every]), np.array([o.log_det for o in every]))
+    log_det: np.ndarray
 
     def of(self, which: np.ndarray) -> Products:
-        """Return some of those that are stacked.
+        """Return those of some hypotheses.
 
         Args:
             which: their places, shape (places,).
         """
-        return Products(self.gram[which], np.asarray(self.log_det)[which])
+        return Products(self.gram[which], self.log_det[which])
+
+
+class _Part(NamedTuple):
+    """A blend, and where each hypothesis that has it has its functions and numbers.
+
+    Attributes:
+        causes: that act together.
+        blend: of them.
+        rows: which of b are its functions, shape (hypotheses, k).
+        numbers: which of ζ it depends on, shape (hypotheses, d).
+    """
+
+    causes: Subset
+    blend: TangentBlend
+    rows: np.ndarray
+    numbers: np.ndarray
 
 
 @dataclass(eq=False)
-class Hypothesis:
-    """Causes under covariances, at numbers of the model that are as told or implausible.
+class Hypotheses:
+    """Sets of causes under covariances, at numbers of the model that are as told or implausible.
+
+    Arrays have room for the most numbers and columns of any set. Columns of zeros, and numbers
+    that are held at 0, fill it.
 
     Attributes:
         problem: the readings.
-        subset: the causes.
+        subsets: the causes of each, with what is implausible beside them; sets of the same causes
+            are one hypothesis.
         levels: of a discrepancy, with all columns under each.
     """
 
     problem: InferenceProblem
-    subset: Subset
+    subsets: Sequence[Subset]
     levels: Mapping[float, CovarianceModel]
 
     @classmethod
-    def under(cls, every: Sequence[CovarianceModel], subset: Subset) -> Hypothesis:
-        """Causes under the covariances of some levels of a problem, of one or more.
+    def under(cls, models: Iterable[CovarianceModel], subsets: Iterable[Subset]) -> Hypotheses:
+        """Sets of causes under the covariances of some levels of a problem, of one or more.
 
         Args:
-            every: the covariances.
-            subset: the causes.
+            models: the covariances.
+            subsets: the causes, with what is implausible beside them.
         """
-        return cls(every[0].problem, subset, {each.level: each for each in every})
+        levels = {model.level: model for model in models}
+        return cls(next(iter(levels.values())).problem, [*subsets], levels)
 
     def __post_init__(self) -> None:
         problem = self.problem
-        self._box, self._parts = problem.box(self.subset), problem.parts(self.subset)
-        widths = [1 + problem.linear.shape[1], *(e.columns.shape[1] for _, e, _ in self._parts)]
-        self._rows = [slice(a, b) for a, b in pairwise(np.cumsum([0, *widths]).tolist())]
-        tails = problem.tail(self.subset)
-        self._tail = np.r_[np.ones(problem.nuisance_count), tails]
-        self._policy = problem.policy
-        grams = {level: each.gram(self.subset) for level, each in self.levels.items()}
-        self._products = {k: Products(grams[k], each.log_det) for k, each in self.levels.items()}
+        causes_of_each = dict.fromkeys(map(problem.causes, self.subsets))
+        self._place = {causes: place for place, causes in enumerate(causes_of_each)}
+        count = len(self._place)
+        parts = [problem.parts(causes) for causes in self._place]
+        boxes = [problem.box(causes) for causes in self._place]
+        self._policy, first = problem.policy, 1 + problem.linear.shape[1]
+        self._sizes = np.array([len(box) for box in boxes])
+        self._ends = np.array([
+            first + sum(blend.columns.shape[1] for _, blend, _ in blends) for blends in parts
+        ])  # fmt: skip
+        self._box = np.zeros((count, self._sizes.max(), 2))
+        self._bent = np.zeros_like(self._box)
+        self._tail = np.ones(self._box.shape[:2])
+        self._columns = np.full((count, self._ends.max()), -1)
+        self._columns[:, :first] = np.arange(first)
+        sizes = {causes: len(columns) for causes, columns in problem.columns.items()}
+        self._parts = [
+            _Part(
+                causes, blend, np.zeros((count, sizes[causes]), int),
+                np.zeros((count, len(blend.numbers)), int),
+            )
+            for causes, blend in problem.blends.items()
+        ]  # fmt: skip
+        at = {part.causes: place for place, part in enumerate(self._parts)}
+        self._present = np.zeros((count, len(self._parts)), bool)
+        for place, (subset, box, blends) in enumerate(zip(self._place, boxes, parts, strict=True)):
+            self._box[place, : len(box)] = box
+            bends = [number.bend for number in problem.unknowns(subset)]
+            self._bent[place, : len(box)] = bends
+            self._tail[place, problem.nuisance_count : len(box)] = problem.tail(subset)
+            first = 1 + problem.linear.shape[1]
+            for causes, _, numbers in blends:
+                part, rows = self._parts[at[causes]], np.arange(first, first + sizes[causes])
+                self._present[place, at[causes]] = True
+                part.rows[place], part.numbers[place] = rows, numbers
+                self._columns[place, rows] = problem.columns[causes]
+                first += sizes[causes]
 
-    def _width(self, subset: Subset) -> np.ndarray:
-        """Standard deviations of the priors of ζ where some numbers are implausible, (d,)."""
-        own = self.problem.widths(subset)
-        return np.r_[own, np.ones(len(self._tail) - len(own))]
-
-    def _prior(self, zeta: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _prior(
+        self, zeta: np.ndarray, tail: np.ndarray, width: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """−ln of the prior's density, but for ½ ln 2π a number, and each one's precision there."""
-        value, precision = mixture(zeta / width, self._tail, self._policy.rare)
+        value, precision = mixture(zeta / width, tail, self._policy.rare)
         return (value + np.log(width)).sum(axis=-1), precision / width**2
 
-    def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """b, shape (places, k), and J = db/dζ, shape (places, k, d)."""
-        value = np.ones((len(zeta), self._rows[-1].stop))
-        slopes = np.zeros((*value.shape, zeta.shape[1]))
+    def _width(self, subset: Subset, size: int) -> np.ndarray:
+        """Standard deviations of the priors of ζ where some numbers are implausible, (size,)."""
+        widths = np.ones(size)
+        widths[: self.problem.nuisance_count] = self.problem.widths(subset)
+        return widths
+
+    def _factors(
+        self, zeta: np.ndarray, of: np.ndarray, columns: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """b, shape (places, k), and J = db/dζ, shape (places, k, d).
+
+        Args:
+            zeta: shape (places, d).
+            of: hypothesis of each, shape (places,).
+            columns: k.
+        """
         linear = np.arange(self.problem.simulated_count, self.problem.nuisance_count)
-        value[:, 1 : self._rows[0].stop] = -zeta[:, linear]
-        slopes[:, np.arange(1, self._rows[0].stop), linear] = -1.0
-        for (_, blend, own), rows in zip(self._parts, self._rows[1:], strict=True):
-            g, dg = blend.with_slopes(zeta[:, own])
-            value[:, rows], slopes[:, rows, own] = -g, -dg
+        value = np.zeros((len(zeta), columns))
+        slopes = np.zeros((*value.shape, zeta.shape[1]))
+        value[:, 0], value[:, 1 : 1 + len(linear)] = 1.0, -zeta[:, linear]
+        slopes[:, 1 + np.arange(len(linear)), linear] = -1.0
+        present, bent = self._present[of], self._bent[of, : zeta.shape[1]]
+        u, rate = coordinates(zeta, bent[..., 0], bent[..., 1])
+        for which in np.flatnonzero(present.any(axis=0)):
+            part, at = self._parts[which], np.flatnonzero(present[:, which])
+            rows, numbers, at = part.rows[of[at]], part.numbers[of[at]], at[:, None]
+            g, dg = part.blend.at_coordinates(u[at, numbers])
+            value[at, rows] = -g
+            slopes[at[..., None], rows[..., None], numbers[:, None]] = (
+                -dg * rate[at, numbers][:, None]
+            )
         return value, slopes
 
+    def _products(self, level: float, of: np.ndarray, columns: int) -> Products:
+        """Products of some hypotheses' columns, k each, under the covariance of a level.
+
+        Args:
+            level: of the discrepancy.
+            of: the hypotheses, shape (m,).
+            columns: k.
+        """
+        model, which = self.levels[level], self._columns[of, :columns]
+        gram = model.gram[which[:, :, None], which[:, None]]
+        return Products(gram, np.full(len(of), model.log_det))
+
+    def largest(self, level: float) -> np.ndarray:
+        """ln of the largest likelihood of any change within the columns of causes, (hypotheses,).
+
+        Args:
+            level: of the discrepancy.
+        """
+        hypotheses = np.arange(len(self._place))
+        products = self._products(level, hypotheses, self._columns.shape[1])
+        pull, inner = products.gram[:, 1:, :1], products.gram[:, 1:, 1:].copy()
+        at = np.arange(inner.shape[1])
+        inner[:, at, at] += 1e-9 * inner[:, at, at] + 1e-12
+        followed = (pull * np.linalg.solve(inner, pull)).sum(axis=(1, 2))
+        return np.asarray(-0.5 * (products.gram[:, 0, 0] - followed + products.log_det))
+
     def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, float]:
-        """bᵀGb at many places, shape (places,), and ln|C| + n ln 2π.
+        """bᵀGb of the first hypothesis at many places, shape (places,), and ln|C| + n ln 2π.
 
         Args:
             zeta: shape (places, d).
             level: of the discrepancy.
         """
-        b, own = self._factors(zeta)[0], self._products[level]
-        return np.einsum("pi,ij,pj->p", b, own.gram, b, optimize=True), float(own.log_det)
+        columns = self._columns.shape[1]
+        b, _ = self._factors(zeta, np.zeros(len(zeta), int), columns)
+        products = self._products(level, np.zeros(1, int), columns)
+        misfit = np.einsum("pi,ij,pj->p", b, products.gram[0], b, optimize=True)
+        return misfit, float(products.log_det[0])
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = SETTLED) -> MapFit:
-        """The most probable ζ from several starts, whose separate modes add, at the first level.
+        """The most probable ζ of the first subset from several starts, at the first level.
+
+        Separate modes add.
 
         Args:
             starts: values of ζ.
             settled: ln of probability that the last step gains at most.
         """
-        return self.fits({(self.subset, next(iter(self.levels))): starts}, settled)[0]
+        return self.fits({(self.subsets[0], next(iter(self.levels))): starts}, settled)[0]
 
     def fits(
         self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float = SETTLED
     ) -> list[MapFit]:
-        """Fits at several levels, and with several numbers of the model implausible, all at once.
+        """Fits at several levels, and with several numbers of the model implausible, side by side.
 
         Args:
             starts: values of ζ by the level and by the causes with what is implausible beside them.
             settled: ln of probability that the last step gains at most.
+
+        Returns:
+            The fits in the order of the starts.
         """
-        counts = [len(each) for each in starts.values()]
-        widths = np.array([self._width(subset) for subset, _ in starts])
-        products = Products.stacked([self._products[level] for _, level in starts])
-        first = np.vstack([each for own in starts.values() for each in own])
+        fits: dict[Key, MapFit] = {}
+        by_size = sorted(starts, key=lambda key: self._ends[self._of(key[0])])
+        for keys in batched(by_size, TOGETHER, strict=False):
+            together = self._fitted({key: starts[key] for key in keys}, settled)
+            fits |= zip(keys, together, strict=True)
+        return [fits[key] for key in starts]
+
+    def _of(self, subset: Subset) -> int:
+        """Place of the hypothesis of a subset's causes."""
+        return self._place[self.problem.causes(subset)]
+
+    def _fitted(self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float) -> list[MapFit]:
+        """Fits all at once."""
+        of = np.array([self._of(subset) for subset, _ in starts])
+        levels = np.array([level for _, level in starts])
+        size, columns = int(self._sizes[of].max()), int(self._ends[of].max())
+        widths = np.array([self._width(subset, size) for subset, _ in starts])
+        products = Products(np.empty((len(of), columns, columns)), np.empty(len(of)))
+        for level in {*levels.tolist()}:
+            at = np.flatnonzero(levels == level)
+            under = self._products(level, of[at], columns)
+            products.gram[at], products.log_det[at] = under.gram, under.log_det
+        counts = [len(places) for places in starts.values()]
         which = np.repeat(np.arange(len(counts)), counts)
-        every = self._descended(first, which, products, widths, settled)
+        first = np.zeros((len(which), size))
+        for place, zeta in enumerate(chain.from_iterable(starts.values())):
+            first[place, : len(zeta)] = zeta
+        minima = self._descended(first, which, of, products, widths, settled)
+        log_det = np.linalg.slogdet(minima.hessian)[1]
         best, logs, far = [], [], self._policy.unlikely
         for end, count in zip(np.cumsum(counts), counts, strict=True):
-            modes: list[int] = []
-            for place in end - count + np.argsort(every.value[end - count : end], kind="stable"):
-                off = every.zeta[place] - every.zeta[modes]
-                apart = (np.einsum("mi,mij,mj->m", off, every.hessian[modes], off) > far**2).all()
-                if not modes or (
-                    apart and every.value[place] < every.value[modes[0]] + self._policy.hopeless
-                ):
-                    modes.append(int(place))
-            own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
-            best.append(modes[int(np.argmax(own))])
-            logs.append(float(np.logaddexp.reduce(own)))
-        told = zip(
-            starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
-            self._strengths([subset for subset, _ in starts], every.zeta[best], products, widths),
-            strict=True,
-        )  # fmt: skip
+            lowest, *others = (
+                end - count + np.argsort(minima.value[end - count : end], kind="stable")
+            )
+            modes = [lowest]
+            for place in others:
+                off = minima.zeta[place] - minima.zeta[modes]
+                apart = (np.einsum("mi,mij,mj->m", off, minima.hessian[modes], off) > far**2).all()
+                if apart and minima.value[place] < minima.value[lowest] + self._policy.hopeless:
+                    modes.append(place)
+            log = -minima.value[modes] - 0.5 * log_det[modes]
+            best.append(modes[int(np.argmax(log))])
+            logs.append(float(np.logaddexp.reduce(log)))
+        strengths = self._strengths(
+            [subset for subset, _ in starts], minima.zeta[best], of, products, widths
+        )
         return [
-            MapFit(subset, level, log, zeta, hessian, misfit, strengths, self._policy.visible)
-            for (subset, level), log, zeta, hessian, misfit, strengths in told
-        ]
+            MapFit(
+                subset, level, log, minima.zeta[at, :d], minima.hessian[at, :d, :d],
+                float(minima.misfit[at]), strength, self._policy.visible,
+            )
+            for (subset, level), log, at, d, strength in zip(
+                starts, logs, best, self._sizes[of], strengths, strict=True
+            )
+        ]  # fmt: skip
 
-    def _at(self, zeta: np.ndarray, products: Products, width: np.ndarray) -> _Places:
+    def _at(
+        self, zeta: np.ndarray, of: np.ndarray, products: Products, width: np.ndarray
+    ) -> _Places:
         """−ln of the density of readings and ζ.
 
         Args:
             zeta: shape (places, d).
+            of: hypothesis of each, shape (places,).
             products: of each.
             width: of the priors there, shape (places, d).
         """
-        b, slopes = self._factors(zeta)
         gram, log_det = products.gram, products.log_det
-        pull, (prior, precision) = (gram @ b[..., None])[..., 0], self._prior(zeta, width)
+        b, slopes = self._factors(zeta, of, gram.shape[1])
+        prior, precision = self._prior(zeta, self._tail[of, : zeta.shape[1]], width)
+        pull = (gram @ b[..., None])[..., 0]
         misfit, along = (b * pull).sum(axis=1), slopes.transpose(0, 2, 1)
         hessian = along @ (gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
         gradient = (along @ pull[..., None])[..., 0] + precision * zeta
@@ -588,6 +721,7 @@ class Hypothesis:
         self,
         starts: np.ndarray,
         which: np.ndarray,
+        of: np.ndarray,
         products: Products,
         width: np.ndarray,
         settled: float,
@@ -596,22 +730,25 @@ class Hypothesis:
 
         Damping follows how much of what a step should gain it gains (Madsen, Nielsen & Tingleff,
         Methods for Non-Linear Least Squares Problems, 2004, section 3.2). A descent that is far
-        above another of the same hypothesis, and comes no nearer, ends early.
+        above another of the same fit, and comes no nearer, ends early.
 
         Args:
             starts: shape (places, d).
-            which: hypothesis of each, shape (places,).
-            products: of these.
+            which: fit of each, shape (places,).
+            of: hypothesis of each fit.
+            products: of each fit.
             width: of their priors, shape (d,) each.
             settled: ln of probability that the last step gains at most.
         """
-        (low, high), longest = self._box.T, self._policy.start
-        here = self._at(np.clip(starts, low, high), products.of(which), width[which])
+        box, longest = self._box[of[which], : starts.shape[1]], self._policy.start
+        low, high = box[..., 0], box[..., 1]
+        here = self._at(np.clip(starts, low, high), of[which], products.of(which), width[which])
         damping, harder = np.full(len(starts), 1e-3), np.full(len(starts), 2.0)
         at, diagonal = np.arange(len(starts)), np.arange(starts.shape[1])
         for _ in range(STEPS):
             zeta, gradient, matrix = here.zeta[at], here.gradient[at], here.hessian[at]
-            held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
+            held = (zeta <= low[at]) & (gradient > 0)
+            held |= (zeta >= high[at]) & (gradient < 0)
             matrix[:, diagonal, diagonal] *= 1 + damping[at, None]
             matrix = np.where(held[:, None] | held[:, :, None], 0.0, matrix)
             matrix[:, diagonal, diagonal] += held
@@ -621,15 +758,16 @@ class Hypothesis:
             np.minimum.at(best, which, here.value)
             least = np.maximum(settled, (here.value - best[which] - self._policy.hopeless) / STEPS)
             worth = -(gradient * step).sum(axis=1) >= least[at]  # less than it can gain
-            at, there = at[worth], np.clip((zeta + step)[worth], low, high)
+            at, there = at[worth], (zeta + step)[worth]
             if not len(at):
                 break
-            tried = self._at(there, products.of(which[at]), width[which[at]])
+            there, fits = np.clip(there, low[at], high[at]), which[at]
+            tried = self._at(there, of[fits], products.of(fits), width[fits])
             gain = here.value[at] - tried.value
             better, moved = gain > 0, there - here.zeta[at]
-            told = -(here.gradient[at] * moved).sum(axis=1)
-            told -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
-            part = np.clip(gain / np.maximum(told, 1e-12), 0.0, 1.0)
+            promised = -(here.gradient[at] * moved).sum(axis=1)
+            promised -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
+            part = np.clip(gain / np.maximum(promised, 1e-12), 0.0, 1.0)
             turned = 2 * part - 1
             easier = np.maximum(0.5, 1 - turned * turned**2)
             damping[at] *= np.where(better, easier, harder[at])
@@ -640,50 +778,59 @@ class Hypothesis:
         return here
 
     def _strengths(
-        self, subsets: Sequence[Subset], zeta: np.ndarray, products: Products, width: np.ndarray
+        self,
+        subsets: Sequence[Subset],
+        zeta: np.ndarray,
+        of: np.ndarray,
+        products: Products,
+        width: np.ndarray,
     ) -> list[tuple[float, ...]]:
         """Strengths of the names of each subset at its ζ, standard deviations.
 
         The model's own numbers follow a cause's change as far as their priors let them.
         """
-        b, slopes = self._factors(zeta)
-        gram = products.gram
-        own = slice(0, self.problem.nuisance_count)
-        free = slopes[..., own]
+        b, slopes = self._factors(zeta, of, products.gram.shape[1])
+        rig = slice(0, self.problem.nuisance_count)
+        free = slopes[..., rig]
         along = free.transpose(0, 2, 1)
-        inner = along @ gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
-        found = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
-        for (causes, *_), rows in zip(self._parts, self._rows[1:], strict=True):
-            if len(causes) == 1:
-                (name,) = causes
-                pull = gram[..., rows] @ b[:, rows, None]
-                cross = along @ pull
-                left = (pull[:, rows, 0] * b[:, rows]).sum(axis=1)
-                left -= (cross * np.linalg.solve(inner, cross)).sum(axis=(1, 2))
-                found[name] = np.sqrt(np.maximum(left, 0.0))
+        inner = along @ products.gram @ free + width[:, rig, None] ** -2 * np.eye(rig.stop)
+        strengths = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
+        for part, present in zip(self._parts, self._present[of].T, strict=True):
+            if len(part.causes) == 1:
+                at = np.flatnonzero(present)
+                change = np.zeros((len(at), b.shape[1], 1))
+                rows = part.rows[of[at]]
+                np.put_along_axis(change[..., 0], rows, b[at[:, None], rows], axis=1)
+                pull = products.gram[at] @ change
+                cross = along[at] @ pull
+                left = (pull * change).sum(axis=(1, 2))
+                left -= (cross * np.linalg.solve(inner[at], cross)).sum(axis=(1, 2))
+                strengths[part.causes[0]] = np.zeros(len(zeta))
+                strengths[part.causes[0]][at] = np.sqrt(np.maximum(left, 0.0))
         return [
-            tuple(float(found[name][row]) for name in subset) for row, subset in enumerate(subsets)
+            tuple(float(strengths[name][row]) for name in subset)
+            for row, subset in enumerate(subsets)
         ]
 
     def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:
-        """The evidence by importance sampling, with draws.
+        """The evidence of the first hypothesis by importance sampling, with draws.
 
         The fit itself where too few of the draws count.
         """
-        (low, high), width = self._box.T, self._width(fit.subset)
+        (low, high), width = self._box[0].T, self._width(fit.subset, len(fit.zeta))
 
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
             misfit, log_det = self.misfit(np.clip(zeta, low, high), fit.level)
-            value = 0.5 * (misfit + log_det) + self._prior(zeta, width)[0]
+            value = 0.5 * (misfit + log_det) + self._prior(zeta, self._tail[0], width)[0]
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
-        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
-        if found is None:
+        draws = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
+        if draws is None:
             return fit
-        draws = found.places, found.weights
-        return replace(fit, log_evidence=found.log_integral, draws=draws)
+        weighted = draws.places, draws.weights
+        return replace(fit, log_evidence=draws.log_integral, draws=weighted)
 
 
 @dataclass(frozen=True, eq=False)

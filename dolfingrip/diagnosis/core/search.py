@@ -18,7 +18,7 @@ from dolfingrip.diagnosis.core.evidence import (
     NONE,
     SETTLED,
     CovarianceModel,
-    Hypothesis,
+    Hypotheses,
     InferenceProblem,
     Key,
     MapFit,
@@ -28,6 +28,9 @@ from dolfingrip.diagnosis.core.evidence import (
 
 KEPT: Final = 1e-6
 """Probability of causes by all readings from which on they are tried again with some of them."""
+
+SMALL: Final = 0.01
+"""Largest level of a discrepancy that pairs of causes are chosen under."""
 
 SAMPLED: Final = 0.01
 """Probability from which on a hypothesis is sampled."""
@@ -44,6 +47,7 @@ class ModelPosterior:
         log_density: ln p(y), averaged over all.
         as_reported: χ² of the model without causes, its own numbers as told.
         modes: fits by causes and level before draws told more of them.
+        coarse: fits of pairs by causes and level, from which the likeliest were chosen.
     """
 
     problem: InferenceProblem
@@ -52,6 +56,7 @@ class ModelPosterior:
     log_density: float
     as_reported: float
     modes: Mapping[Key, Sequence[MapFit]] = field(default_factory=dict)
+    coarse: Mapping[Key, MapFit] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -126,70 +131,81 @@ def search(
         before: the posterior of the same readings, with fewer simulations.
         changed: sets of causes that were simulated since; fits without any are those of before.
     """
-    every, names, own = problem.levels, tuple(problem.numbers), problem.nuisance_count
+    models, names = problem.levels, tuple(problem.numbers)
     modes: dict[Key, Sequence[MapFit]] = {}
     zeta: dict[Key, np.ndarray] = {}
-    known = {} if before is None else before.modes
 
-    def fit(subset: Subset, starts: Mapping[float, Sequence[np.ndarray]]) -> None:
-        found = {} if any({*subset} >= {*each} for each in changed) else {
-            (subset, level): known[subset, level] for level in starts if (subset, level) in known
+    def unchanged[T](earlier: Mapping[Key, T]) -> dict[Key, T]:
+        return {
+            (causes, level): fits for (causes, level), fits in earlier.items()
+            if not any({*causes} >= {*acting} for acting in changed)
         }  # fmt: skip
-        missing = {level: each for level, each in starts.items() if (subset, level) not in found}
-        found |= _fits(every, subset, missing, SETTLED) if missing else {}
-        modes.update(found)
-        for key, own in found.items():
-            zeta[key] = max(own, key=lambda each: each.log_evidence).zeta
 
-    start = [np.zeros(own)]
-    fit(NONE, dict.fromkeys(every, start))
-    for name in names:
-        first = _starts(problem, name)
-        fit((name,), {level: [np.r_[zeta[NONE, level], z] for z in first] for level in every})
-    least = (
-        max(each.log_evidence for fits in modes.values() for each in fits) - problem.policy.hopeless
-    )
-    hopeful: dict[Subset, list[float]] = {
-        pair: levels for pair in combinations(names, 2)
-        if (levels := [k for k, columns in every.items() if columns.largest(pair) >= least])
-    }  # fmt: skip
-    starts_of = {pair: _starts_of_pair(problem, pair, zeta) for pair in hopeful}
-    for pair in _likeliest(every, starts_of):
-        # the share that stays is counted without a discrepancy
-        fit(pair, dict.fromkeys([0.0, *hopeful[pair]], starts_of[pair]))
-    fits = [each for found in modes.values() for each in found]
-    return replace(_weighed(fits, every, rng if sample else None), modes=modes)
+    kept = {} if before is None else unchanged(before.modes)
+    kept_coarse = {} if before is None else unchanged(before.coarse)
+
+    def fit(starts: Mapping[Key, Sequence[np.ndarray]]) -> None:
+        missing = {key: places for key, places in starts.items() if key not in kept}
+        fits = kept | _fits(models, missing, SETTLED)
+        for key in starts:
+            modes[key] = fits[key]
+            zeta[key] = max(fits[key], key=lambda mode: mode.log_evidence).zeta
+
+    fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in models})
+    fit({
+        ((name,), level): [np.r_[zeta[NONE, level], start] for start in _starts(problem, name)]
+        for name in names for level in models
+    })  # fmt: skip
+    best = max(mode.log_evidence for fits in modes.values() for mode in fits)
+    pairs: list[Subset] = [*combinations(names, 2)]
+    hopeful: dict[Subset, list[float]] = defaultdict(list)
+    for level in models if pairs else ():
+        most = Hypotheses.under(models.values(), pairs).largest(level)
+        for place in np.flatnonzero(most >= best - problem.policy.hopeless):
+            hopeful[pairs[place]].append(level)
+    starts = {pair: _starts_of_pair(problem, pair, zeta) for pair in pairs if pair in hopeful}
+    coarse = _coarse(models, starts, kept_coarse)
+    # the share that stays is counted without a discrepancy
+    fit({
+        (pair, level): starts[pair]
+        for pair in _likeliest(coarse, problem.policy.most_fits)
+        for level in dict.fromkeys([0.0, *hopeful[pair]])
+    })  # fmt: skip
+    every_fit = [mode for fits in modes.values() for mode in fits]
+    weighed = _weighed(every_fit, models, rng if sample else None)
+    return replace(weighed, modes=modes, coarse=coarse)
 
 
 def _fits(
-    every: Mapping[float, CovarianceModel],
-    subset: Subset,
-    starts: Mapping[float, Sequence[np.ndarray]],
+    models: Mapping[float, CovarianceModel],
+    starts: Mapping[Key, Sequence[np.ndarray]],
     settled: float,
 ) -> dict[Key, list[MapFit]]:
     """Fits of causes with the model's own numbers as told, and with those far that may be so.
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
-    problem = every[0.0].problem
-    policy, found = problem.policy, {(subset, level): list[MapFit]() for level in starts}
-    hypothesis = Hypothesis.under([every[level] for level in starts], subset)
-    fresh = {(subset, level): each for level, each in starts.items()}
+    problem = models[0.0].problem
+    policy, fits = problem.policy, {key: list[MapFit]() for key in starts}
+    if not starts:
+        return fits
+    hypotheses = Hypotheses.under(models.values(), [causes for causes, _ in starts])
+    fresh = starts
     while fresh:
-        new = hypothesis.fits(fresh, settled)
-        fresh = {}
+        new, fresh = hypotheses.fits(fresh, settled), {}
         for fit in new:
-            found[subset, fit.level].append(fit)
+            causes = problem.causes(fit.subset)
+            fits[causes, fit.level].append(fit)
             for name, place in problem.implausible.items():
-                far = [each for each in problem.implausible if each in {name, *fit.subset}]
-                key = (*subset, *far), fit.level
-                known = name in fit.subset or key in fresh
+                far = [other for other in problem.implausible if other in {name, *fit.subset}]
+                key = (*causes, *far), fit.level
+                have = name in fit.subset or key in fresh
                 wide = problem.always[place].prior.wide
-                if not known and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
+                if not have and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
                     policy.matters
                 ):
-                    fresh[key] = [fit.zeta, *starts[fit.level]]
-    return found
+                    fresh[key] = [fit.zeta, *starts[causes, fit.level]]
+    return fits
 
 
 def _log_odds_of_implausible(fit: MapFit, place: int, wide: float, rare: float) -> float:
@@ -221,19 +237,21 @@ def one_at_a_time(
 
     def fitted(subset: Subset, starts: Mapping[float, np.ndarray]) -> None:
         nonlocal best
-        first = {level: [before.get((subset, level), each)] for level, each in starts.items()}
-        for key, told in _fits(every, subset, first, 0.1 * policy.exactly).items():
+        first = {
+            (subset, level): [before.get((subset, level), start)] for level, start in starts.items()
+        }
+        for key, told in _fits(every, first, 0.1 * policy.exactly).items():
             fits.extend(told)
             before[key] = told[0].zeta
             best = max(best, *(fit.log_evidence + prior[key[1]] for fit in told))
 
     fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
-    bounds = {
-        (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
-        for name in problem.numbers
-    }
-    for subset in sorted(bounds, key=lambda each: -max(bounds[each].values())):
-        own = bounds[subset]
+    singles: list[Subset] = [(name,) for name in problem.numbers]
+    hypotheses = Hypotheses.under(every.values(), [NONE, *singles])
+    largest = {level: hypotheses.largest(level)[1:] + prior[level] for level in every}
+    for place in np.argsort(-np.max([*largest.values()], axis=0), kind="stable"):
+        subset = singles[place]
+        own = {level: float(bounds[place]) for level, bounds in largest.items()}
         # the share that stays is counted without a discrepancy
         most = {level: bound if level else max(own.values()) for level, bound in own.items()}
         likely = [level for level, bound in most.items() if bound > best - far]
@@ -301,17 +319,14 @@ def searched_again(problem: InferenceProblem, whole: ModelPosterior) -> ModelPos
         problem: the same, with some of the readings.
         whole: of all readings; fits begin at its numbers.
     """
-    every = problem.levels
-    likely = [set(each) for each, p in whole.subsets.items() if not each or p > KEPT]
-    starts: dict[Subset, dict[Key, Sequence[np.ndarray]]] = defaultdict(dict)
-    for fit in whole.fits:
-        if any(set(fit.subset) <= each for each in likely):
-            starts[problem.causes(fit.subset)][fit.subset, fit.level] = [fit.zeta]
-    fits = []
-    for causes, own in starts.items():
-        levels = dict.fromkeys(level for _, level in own)
-        fits += Hypothesis.under([every[level] for level in levels], causes).fits(own)
-    return _weighed(fits, every, None)
+    models = problem.levels
+    likely = [{*subset} for subset, p in whole.subsets.items() if not subset or p > KEPT]
+    starts = {
+        (fit.subset, fit.level): [fit.zeta]
+        for fit in whole.fits if any({*fit.subset} <= causes for causes in likely)
+    }  # fmt: skip
+    hypotheses = Hypotheses.under(models.values(), [subset for subset, _ in starts])
+    return _weighed(hypotheses.fits(starts), models, None)
 
 
 def _weighed(
@@ -366,21 +381,27 @@ def _starts_of_pair(
     return [np.r_[one, other[n:]], np.r_[one, weak[1]], np.r_[other[:n], weak[0], other[n:]]]
 
 
-def _likeliest(
-    every: Mapping[float, CovarianceModel], starts: Mapping[Subset, Sequence[np.ndarray]]
-) -> list[Subset]:
-    """The likeliest pairs under any small discrepancy, by coarse fits."""
-    found: dict[Subset, None] = {}
-    policy = every[0.0].problem.policy
-    small = [level for level in every if level <= 0.01]
-    told = defaultdict[float, dict[Subset, float]](dict)
-    for pair, own in starts.items():
-        pair_fits = Hypothesis.under([every[level] for level in small], pair).fits(
-            {(pair, level): own for level in small}, 0.1 * policy.exactly
-        )
-        for fit in pair_fits:
-            told[fit.level][pair] = fit.log_evidence
-    for by_pair in told.values():
-        order = sorted(by_pair, key=lambda pair: -by_pair[pair])
-        found |= dict.fromkeys(order[: policy.most_fits])
-    return list(found)
+def _coarse(
+    models: Mapping[float, CovarianceModel],
+    starts: Mapping[Subset, Sequence[np.ndarray]],
+    kept: Mapping[Key, MapFit],
+) -> dict[Key, MapFit]:
+    """Coarse fits of pairs of causes under small discrepancies, but for those that are kept."""
+    keys = [(pair, level) for level in models if level <= SMALL for pair in starts]
+    missing = {(pair, level): starts[pair] for pair, level in keys if (pair, level) not in kept}
+    hypotheses = Hypotheses.under(models.values(), [NONE, *starts])
+    fits = hypotheses.fits(missing, 0.1 * hypotheses.problem.policy.exactly)
+    new = dict(zip(missing, fits, strict=True))
+    return {key: kept.get(key) or new[key] for key in keys}
+
+
+def _likeliest(coarse: Mapping[Key, MapFit], most: int) -> list[Subset]:
+    """The likeliest pairs under any small discrepancy, so many of each."""
+    by_level = defaultdict[float, list[MapFit]](list)
+    for (_, level), fit in coarse.items():
+        by_level[level].append(fit)
+    likeliest: dict[Subset, None] = {}
+    for fits in by_level.values():
+        order = sorted(fits, key=lambda fit: -fit.log_evidence)
+        likeliest |= dict.fromkeys(fit.subset for fit in order[:most])
+    return list(likeliest)
