@@ -19,7 +19,6 @@ from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
-from dolfingrip.diagnosis.data.suspicion import Suspicion
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import Policy
@@ -28,6 +27,7 @@ from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.diagnosis.simulation.simulator import Point, scaled_moduli
 from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
+from dolfingrip.files.diagnosis import Slip
 from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "bending"
@@ -197,7 +197,7 @@ def test_a_wrong_unit_is_suspected_before_anything_is_fitted(
     class SuspectedError(Exception):
         """Ends the diagnosis."""
 
-    def suspect(raised: Sequence[Suspicion]) -> None:
+    def suspect(raised: Sequence[Slip]) -> None:
         raise SuspectedError(*(suspicion.meaning for suspicion in raised))
 
     wrong = measurement.reading(np.radians(there.readings))
