@@ -15,6 +15,7 @@ from support.invented_coupon import made
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.blend import Tangents
@@ -137,7 +138,7 @@ def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
 def test_an_extension_that_is_not_allowed_is_a_warning(
     ninjaflex: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Diagnosis, "overrides", lambda self, fit: {"material.mu_MPa": -1})
+    monkeypatch.setattr(Analysis, "overrides", lambda self, fit: {"material.mu_MPa": -1})
     found = replace(ninjaflex, warnings=[])
     write(found, [COUPONS], tmp_path)
     result = outcome.DiagnosisFile.read(tmp_path)

@@ -247,11 +247,13 @@ def _laws_alike(posterior: ModelPosterior) -> tuple[str, ...]:
     """Elastic laws that follow the readings as closely as any law is true, the likeliest first.
 
     They do much, and what is left of the readings tells them apart no more. There are none where
-    the model follows as closely without any cause, as then no law is asked for.
+    the model may do without any cause and follows as closely, as then no law is asked for.
     """
     problem, likely = posterior.problem, dict[str, float]()
     none = posterior.best(NONE, level=0.0)
-    if problem.share(problem.left(none.subset, none.zeta)) <= LAW_MISSES:
+    may_do = posterior.by(lambda fit: fit.shows_nothing).get(True, 0.0)
+    follows = problem.share(problem.left(none.subset, none.zeta)) <= LAW_MISSES
+    if follows and may_do > 1 - problem.policy.credible:
         return ()
     for p, fit in posterior.weighed:
         laws = [name for name in problem.causes(fit.subset) if name in problem.elastic]
