@@ -11,12 +11,15 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
 import ezdxf
 import gmsh
+import numpy as np
 import openpyxl
 import pytest
 import pyvista as pv
-from support import hollow_box, strangers
+from scipy.io import savemat
+from support import filmed, hollow_box, strangers
 
 from dolfingrip.design.gradient.curve import READERS
 from dolfingrip.importing import cells
@@ -26,6 +29,7 @@ from dolfingrip.meshes import closed_surface, files
 from dolfingrip.meshes.adoption import formats, step
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.solid import MeshError
+from dolfingrip.tracking.frames import open_frames
 
 PARTS = Path(__file__).parents[1] / "meshes" / "parts"
 
@@ -66,6 +70,27 @@ def _curve(file: Path) -> None:
         file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="50mm">{path}</svg>')
 
 
+TABLE = "Time (s),Pressure (kPa),Angle (deg)\n0,0,0\n1,10,2\n2,20,5\n3,30,9\n"
+
+
+def _text(file: Path) -> None:
+    file.write_text(TABLE, encoding="utf-8")
+
+
+def _arrays(file: Path) -> None:
+    names, *rows = (line.split(",") for line in TABLE.splitlines())
+    columns = np.array(rows, dtype=float).T
+    savemat(file, {name.split()[0]: values for name, values in zip(names, columns, strict=True)})
+
+
+def _picture(file: Path) -> None:
+    image = np.zeros((120, 160, 3), dtype=np.uint8)
+    if file.suffix == ".mp4":
+        filmed.write(file, [image] * 3)
+    else:
+        cv2.imwrite(str(file), image)
+
+
 def _cad(file: Path) -> None:
     formats.require_bearable(file)
     formats.triangles_of(file, 1.0)
@@ -81,6 +106,9 @@ READ: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     ".3mf": (_packed, lambda file: formats.triangles_of(file, 1.0)),
     ".xlsx": (_workbook, lambda file: list(cells.readings(file, Told()))),
     **{kind: (_curve, READERS[kind]) for kind in (".svg", ".dxf")},
+    ".txt": (_text, lambda file: list(cells.readings(file, Told()))),
+    ".mat": (_arrays, lambda file: list(cells.readings(file, Told()))),
+    **dict.fromkeys((".png", ".mp4"), (_picture, lambda file: [*open_frames([file])])),
 }
 """How a small file is written, and how it is read, by its ending."""
 
