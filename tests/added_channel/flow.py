@@ -93,8 +93,8 @@ def of_a_diagnosis(file: Path, out: Path) -> None:
     measurement = selected(read([file]), Config())[0]
     settings = DiagnosisSettings(effects=("bulk_modulus", "ogden_terms"))
     found = diagnose_measurement(measurement, Config(), Here(out / "simulations"), settings)
-    written = write_diagnosis(found, [file], out)
-    drawn = pictures.draw(written.result, written.readings, out)
+    written, readings = write_diagnosis(found, [file], out)
+    drawn = pictures.draw(written, readings, out)
     files = Delivered(out, DiagnosisFile.read(out))
     mine = files.readings[files.readings["channel"] == NAME]
     assert np.isfinite(mine["configured"]).all()

@@ -108,10 +108,13 @@ def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance:
 
     test = PlannedTest(experiment="coupon", specimen="A", control="displacement_mm", read=(),
                        branch=(), cycle=(), time_s=(), value=())  # fmt: skip
-    addition: Any = SimpleNamespace(name="more", minutes=15.0, tests=(test,), quantities=())
+    measurement = pulled([("loading", 1)], 0.5)
+    addition: Any = SimpleNamespace(
+        name="more", minutes=15.0, tests=(test,), quantities=(), measurement=measurement
+    )
     noise = 1e-5 * np.ones(15)
     comparison = Comparison(
-        pulled([("loading", 1)], 0.5), noise, np.diag(noise**2), np.array([0.6, 0.4]), laws(x),
+        measurement, noise, np.diag(noise**2), np.array([0.6, 0.4]), laws(x),
         elastic=frozenset({"yeoh", "ogden"} if elastic else ()),
     )  # fmt: skip
     weighed = comparison.worth(addition, laws(more), np.diag(noise**2), 0.0)

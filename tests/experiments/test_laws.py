@@ -185,10 +185,13 @@ def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> No
 def fitted(name: str) -> Config:
     """A configuration with a law of the index, which has the most constants that a fit finds.
 
-    They are those that a fit begins with, and none of them is 0.
+    They are those that a fit begins with, and none of them is 0. A law that no fit is for, as one
+    of a plugin, has its defaults.
     """
-    law = max((law for law in FITTED.values() if law.material is MATERIALS[name]),
-              key=lambda law: len(law.keys))  # fmt: skip
+    laws = [law for law in FITTED.values() if law.material is MATERIALS[name]]
+    if not laws:
+        return config.load(None, {"material.law": name})
+    law = max(laws, key=lambda law: len(law.keys))
     (start, *_) = law.fittable.starts(1.0)
     return config.load(None, law.tables([value or 0.03 for value in start]))
 

@@ -107,4 +107,4 @@ def test_a_folder_without_a_result_gets_one_line(tmp_path: Path) -> None:
 
 
 def test_the_package_shows_what_is_public() -> None:
-    assert dir(experiments) == ["Result", "pressures_kPa", "run"]
+    assert dir(experiments) == ["Result", "command_for", "pressures_kPa", "run"]

@@ -318,6 +318,13 @@ def test_import(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     refuse(*asked, names="raw.csv")
 
 
+def test_supply(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
+    curve = tmp_path / "wished.csv"
+    curve.write_text("time_s,pressure_kPa\n0,0\n1,5\n", encoding="utf-8")
+    asked = ("supply", curve, "--every", 0.5, *OPTIONS, "--out", disk.folder)
+    refuse(*asked, names="commands.csv")
+
+
 def test_track(disk: Disk, refuse: Refuse) -> None:
     """The sheet that is printed; a video's table is written as that of `import` is."""
     refuse("track", "--sheet", "a4", "--out", disk.folder / "sheet.pdf", names="sheet.pdf")

@@ -28,7 +28,7 @@ GAP: Final = "plate.gap_mm"
 
 
 class NotPossible(Exception):
-    """What is advised cannot be done as the result file tells it."""
+    """An advice cannot be done as the result file tells it."""
 
 
 def truth_of(case: FrozenCase, protocol: Protocol) -> Truth:

@@ -37,7 +37,7 @@ from dolfingrip.diagnosis.core.decision import LAW_MISSES, Decision
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, largest
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.index import EFFECTS
@@ -164,7 +164,8 @@ class Expected:
         log_odds: log evidence that it does.
         nothing: whether the column's effect, which has more causes than the row's, would be left
             with too little to be seen.
-        missed: root mean square of what the column's effect cannot follow, by the largest reading.
+        missed: root mean square of what the column's effect cannot follow, by the largest reading
+            of each channel.
     """
 
     misfit: np.ndarray
@@ -179,7 +180,7 @@ class Expected:
         covariance: np.ndarray,
         noise: np.ndarray | None = None,
         least: float = Policy().visible,
-        count: int | None = None,
+        columns: np.ndarray | None = None,
     ) -> Expected:
         """From the readings of each fit.
 
@@ -188,7 +189,8 @@ class Expected:
             covariance: of the readings, shape (n, n).
             noise: of the readings so far, which come first; by the covariance where None.
             least: length of a change below which nothing can be seen.
-            count: of the first readings that are of channels; all where None.
+            columns: channels of the first readings, which are of channels; all are of one where
+                None.
         """
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
@@ -196,12 +198,14 @@ class Expected:
         evidence = np.zeros_like(misfit)
         missed = np.zeros_like(misfit)
         nothing = np.zeros(misfit.shape, dtype=bool)
-        largest = [np.abs(true.readings[:count]).max() for true in fits]
+        columns = np.zeros(len(covariance)) if columns is None else columns
+        count = len(columns)
+        by = np.column_stack([largest(true.readings[:count], columns) for true in fits])
         for j, other in enumerate(fits):
             lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
             stays = (covariance @ cho_solve((lower, True), off))[:count]
-            missed[:, j] = np.sqrt(np.square(stays).mean(axis=0)) / largest
+            missed[:, j] = np.sqrt(np.square(stays / by).mean(axis=0))
             pull = (other.slopes @ other.zeta)[:, None]
             white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
             off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
@@ -290,7 +294,8 @@ class Comparison:
     @cached_property
     def now(self) -> Expected:
         """Expected evidence of the readings so far."""
-        return Expected.of(self.here, self.covariance, self.noise, self.policy.visible)
+        columns = self.measurement.listed["column"].to_numpy()
+        return Expected.of(self.here, self.covariance, self.noise, self.policy.visible, columns)
 
     @cached_property
     def apart(self) -> np.ndarray:
@@ -342,8 +347,10 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        count = n + (len(covariance) if addition.tests else 0)
-        then = Expected.of(together, joint, self.noise, self.policy.visible, count)
+        columns = self.measurement.listed["column"].to_numpy()
+        if not isinstance(addition, NumberCheck):
+            columns = np.append(columns, addition.measurement.listed["column"].to_numpy())
+        then = Expected.of(together, joint, self.noise, self.policy.visible, columns)
         alike = self._alike(then)
         apart = told_apart(
             self.probability, self.now, then, np.asarray(unseen) | alike, self.policy

@@ -25,7 +25,7 @@ from dolfingrip.diagnosis.core.evidence import (
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
-from dolfingrip.diagnosis.data.measurement import Measurement, shows_memory
+from dolfingrip.diagnosis.data.measurement import Measurement, largest, shows_memory
 from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect, fitted_effects
@@ -93,7 +93,11 @@ class Analysis[S: Simulator]:
         )
         remembering = told_by_shape(self.causes, self.measurement)
         curves = without_memory(self.measurement, self.errors) if remembering else None
-        problem = replace(self.problem, elastic=laws, remembering=remembering, curves=curves)
+        listed = self.measurement.listed
+        problem = replace(
+            self.problem, elastic=laws, remembering=remembering, curves=curves,
+            largest=largest(listed["value"].to_numpy(), listed["column"].to_numpy()),
+        )  # fmt: skip
         return replace(self, problem=problem)
 
     def specimens_apart(self) -> tuple[tuple[str, ...], float] | None:

@@ -82,6 +82,7 @@ class InferenceProblem:
         elastic: causes that are elastic laws.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
+        largest: the largest reading of each one's channel, shape (n,); of all where None.
         policy: numbers of the priors, and of how they are compared.
     """
 
@@ -99,6 +100,7 @@ class InferenceProblem:
     elastic: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
+    largest: np.ndarray | None = None
     policy: Policy = Policy()
 
     @property
@@ -140,6 +142,7 @@ class InferenceProblem:
             runs={causes: run.rows(kept) for causes, run in self.runs.items()},
             blends={causes: blend.rows(kept) for causes, blend in self.blends.items()},
             curves=None if self.curves is None else self.curves[kept],
+            largest=None if self.largest is None else self.largest[kept],
         )  # fmt: skip
 
     def beside(self, more: Iterable[tuple[Subset, Tangents]]) -> InferenceProblem:
@@ -249,8 +252,9 @@ class InferenceProblem:
         return self.noise**2 * self.levels[0.0].weighed(off)
 
     def share(self, change: np.ndarray) -> float:
-        """Root mean square of a change of the readings, by the largest of them."""
-        return float(np.sqrt(np.mean(change**2)) / np.abs(self.value).max())
+        """Root mean square of a change of the readings, by the largest of each one's channel."""
+        largest = np.abs(self.value).max() if self.largest is None else self.largest
+        return float(np.sqrt(np.mean((change / largest) ** 2)))
 
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Their derivatives by ζ, shape (n, d)."""

@@ -286,6 +286,17 @@ Rows = Mapping[tuple[int, ...], Mapping[str, np.ndarray]]
 """Readings at all rows of a measurement, (…, rows), by the tests that they are of and by column."""
 
 
+def largest(values: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the largest absolute value of each one's channel, (n,); infinite where it is 0.
+
+    Args:
+        values: readings, (n,).
+        columns: channel of each, (n,).
+    """
+    by_channel = pd.Series(np.abs(values)).groupby(columns).transform("max").to_numpy()
+    return np.where(by_channel > 0, by_channel, np.inf)
+
+
 def in_proportion(measurement: Measurement) -> np.ndarray:
     """(n,) whether single readings are proportional to the modulus: coupons' forces are.
 
