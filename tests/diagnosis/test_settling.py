@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from support.measured_files import written
 
@@ -69,7 +70,8 @@ def diagnosed(value: np.ndarray) -> Any:
     errors = SimpleNamespace(noise=np.full(len(X), NOISE), shared=())
     analysis = SimpleNamespace(
         problem=problem, causes=causes, errors=errors, unseen=("mullins",), closed_form=False,
-        applied=config, measurement=None,
+        applied=config,
+        measurement=SimpleNamespace(listed=pd.DataFrame({"column": ["angle_deg"] * len(X)})),
     )  # fmt: skip
     analysis.numbers = partial(Analysis.numbers, analysis)
     print("seed", SEED)
