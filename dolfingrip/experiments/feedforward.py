@@ -7,7 +7,6 @@ step, valve and exhaust are opened as far as the curve asks for, or as far as th
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,16 +22,16 @@ from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.prediction import PressureCurve
 from dolfingrip.experiments.results.following import REACHED
 from dolfingrip.experiments.rigs.pneumatics import line_of
-from dolfingrip.mechanics.model.pneumatics import CAVITY, LEAST_MPA, REFERENCE_MPA, TUBE, Air, Line
+from dolfingrip.mechanics.model.pneumatics import CAVITY, LEAST_MPA, TUBE, Air, Line
 from dolfingrip.sections.errors import ConfigError, checked
 
 STOPS: Final = 12
 """Pressures at which the finger is simulated."""
 
-FILLING_STEPS: Final = 50
-"""Steps in which choked valve and tube would fill the cavity."""
+FILLING_STEPS: Final = 500
+"""Steps in which choked valve and tube would fill the cavity by the pressure of the air around."""
 
-LONGEST: Final = 50
+LONGEST: Final = 5
 """Times that: a supply that would need longer at its pace counts as never filling the cavity."""
 
 OPENING: Final = 1e-9
@@ -54,7 +53,7 @@ class RestingFinger:
     angle_deg: np.ndarray
 
     def volume_at(self) -> Callable[[float], float]:
-        """Return the function of absolute pressure (MPa) that gives the volume (mm³)."""
+        """Return the volume (mm³) as a function of pressure (kPa above that of the air around)."""
         inside = PchipInterpolator(self.pressure_kPa, self.volume_mm3)
         ends = self.pressure_kPa[[0, -1]]
         slopes = inside(ends, 1)
@@ -175,10 +174,12 @@ def command_for(
         raise ConfigError(f"every_s = {every:g}: allowed: above 0 and up to {times[-1]:g} s")
     if (pressure_kPa is None) == (angle_deg is None):
         raise ConfigError(f"a curve: allowed: one of {PRESSURE.name} and {ANGLE.name}")
+    steps = every * np.arange(1, int(times[-1] / every * (1 + 1e-9)) + 1)
     if pressure_kPa is not None:
-        wished = np.asarray(pressure_kPa, dtype=float)
-        _within(PRESSURE.name, wished, 0.0, supply.most_kPa, "kPa, the highest of the source")
-        finger = _resting(config, float(wished.max()))
+        pressures = np.asarray(pressure_kPa, dtype=float)
+        _within(PRESSURE.name, pressures, 0.0, supply.most_kPa, "kPa, the highest of the source")
+        finger = _resting(config, float(pressures.max()))
+        wished_deg, wished = None, np.interp(steps, times, pressures)
     else:
         most = min(config.experiment.max_pressure_kPa, supply.most_kPa)
         finger = _resting(config, most)
@@ -186,18 +187,15 @@ def command_for(
         low, high = finger.angle_deg.min(), finger.angle_deg.max()
         _within(ANGLE.name, angles, float(low), float(high), f"°, that of {most:g} kPa")
         rising = np.maximum.accumulate(finger.angle_deg)
-        wished = np.interp(angles, rising, finger.pressure_kPa)
-    steps = every * np.arange(1, int(times[-1] / every * (1 + 1e-9)) + 1)
-    along = np.interp(steps, times, wished)
-    if angle_deg is not None:  # between the curve's points, the angle is on a straight line
-        along = np.interp(np.interp(steps, times, angles), rising, finger.pressure_kPa)
-    highest = float(along.max()) if regulator_kPa is None else regulator_kPa
+        wished_deg = np.interp(steps, times, angles)
+        wished = np.interp(wished_deg, rising, finger.pressure_kPa)
+    highest = float(wished.max()) if regulator_kPa is None else regulator_kPa
     filling = Filling(line_of(supply), finger.volume_at(), highest * KPA)
     reached = []
-    for step in filling.following(along * KPA, every):
+    for step in filling.following(wished * KPA, every):
         reached.append(step)
-        progress(len(reached), len(along))
-    best_s, most_kPa = filling.fastest(float(along.max()) * KPA)
+        progress(len(reached), len(steps))
+    best_s, most_kPa = filling.fastest(float(wished.max()) * KPA)
     cavity, tube, command = np.array(reached).T
     ambient = filling.line.ambient
     if filling.regulated:
@@ -206,10 +204,9 @@ def command_for(
         commands = {"valve_open": command.clip(min=0), "exhaust_open": (-command).clip(min=0)}
     reached_kPa = (cavity - ambient) / KPA
     return Feedforward(
-        steps, along, reached_kPa, (tube - ambient) / KPA,
+        steps, wished, reached_kPa, (tube - ambient) / KPA,
         PressureCurve.of(finger.pressure_kPa, finger.angle_deg).at(reached_kPa),
-        None if angle_deg is None else np.interp(steps, times, angles),
-        commands, float(finger.volume_mm3[0]), best_s, most_kPa,
+        wished_deg, commands, float(finger.volume_mm3[0]), best_s, most_kPa,
     )  # fmt: skip
 
 
@@ -299,19 +296,18 @@ class Filling:
     def fastest(self, wished: float) -> tuple[float, float]:
         """Time (s) to fill the cavity to 95 % of a pressure (MPa), and what is reached (kPa)."""
         air, line = self.at_rest(), self.line
-        slowest = min(line.duty * line.valve.conductance, line.tube.conductance)
-        air_mm3 = (self.volume_mm3(wished / KPA) + line.tube_mm3) * (wished + line.ambient)
-        step_s = air_mm3 / (REFERENCE_MPA * slowest) / line.ambient * REFERENCE_MPA / FILLING_STEPS
+        # as much air as the wished pressure needs, from that of the air around
+        filling_s = line.filling_s(self.volume_mm3(wished / KPA)) * (wished / line.ambient + 1)
+        step_s, time_s = filling_s / FILLING_STEPS, 0.0
         before, aim = line.ambient, line.ambient + REACHED * wished
-        for count in itertools.count():
+        while True:
             cavity, _ = self._step(air, self.ends[1], step_s)
             rise = cavity - before
             if cavity >= aim:
-                return step_s * (count + (aim - before) / rise), wished / KPA
+                return time_s + step_s * (aim - before) / rise, wished / KPA
             if rise * LONGEST * FILLING_STEPS < aim - cavity:
                 return math.inf, (cavity - line.ambient) / KPA
-            before = cavity
-        raise AssertionError
+            before, time_s = cavity, time_s + step_s
 
     def _commanded(self, air: Air, command: float) -> float:
         """Set the valves; return the pressure that the source is asked for."""

@@ -291,11 +291,16 @@ class Comparison:
     policy: Policy = Policy()
     elastic: frozenset[str] = frozenset()
 
+    @property
+    def columns(self) -> np.ndarray:
+        """Channel of each reading so far, (n,)."""
+        return self.measurement.listed["column"].to_numpy()
+
     @cached_property
     def now(self) -> Expected:
         """Expected evidence of the readings so far."""
-        columns = self.measurement.listed["column"].to_numpy()
-        return Expected.of(self.here, self.covariance, self.noise, self.policy.visible, columns)
+        least = self.policy.visible
+        return Expected.of(self.here, self.covariance, self.noise, least, self.columns)
 
     @cached_property
     def apart(self) -> np.ndarray:
@@ -313,8 +318,8 @@ class Comparison:
         The noise is the median of a channel's so far. A model may be off by a hundredth where
         nothing was measured, independent between readings, so that no tie is split by less.
         """
-        here, there = self.measurement.listed, proposal.measurement.listed
-        by_column = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
+        there = proposal.measurement.listed
+        by_column = pd.Series(self.noise).groupby(self.columns).median()
         noise = np.array([by_column.get(name, CHANNELS[name].noise) for name in there["column"]])
         return np.diag(noise**2 + (0.01 * readings) ** 2)
 
@@ -347,7 +352,7 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        columns = self.measurement.listed["column"].to_numpy()
+        columns = self.columns
         if not isinstance(addition, NumberCheck):
             columns = np.append(columns, addition.measurement.listed["column"].to_numpy())
         then = Expected.of(together, joint, self.noise, self.policy.visible, columns)

@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 from numpy.polynomial import chebyshev
 
+from dolfingrip.diagnosis.data.measurement import largest
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.simulator import Simulator
 
@@ -67,8 +68,7 @@ def lying(simulation: Simulator) -> Along:
         coupon = test.applied(simulation.config).coupon
         by = coupon.gauge_length_mm if test.experiment == "coupon" else 1.0
         load[of[test.number]] = rows[test.control].to_numpy()[of[test.number]] / by
-    largest = pd.Series(np.abs(load)).groupby(rows["experiment"]).transform("max")
-    load /= largest.replace(0.0, 1.0).to_numpy()
+    load /= largest(load, rows["experiment"].to_numpy())
     for mine in of.values():
         path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine], measurement.policy)
     group = {test: place for place, part in enumerate(simulation.groups) for test in part.tests}

@@ -152,6 +152,15 @@ class Line:
     ambient: float = AMBIENT_KPA / 1000
     commanded: tuple[float, float] | None = None
 
+    def filling_s(self, cavity_mm3: float) -> float:
+        """Time in which valve and tube, choked, fill tube and cavity with air at rest.
+
+        Args:
+            cavity_mm3: volume of the cavity.
+        """
+        slowest = min(self.duty * self.valve.conductance, self.tube.conductance)
+        return (cavity_mm3 + self.tube_mm3) / (REFERENCE_MPA * slowest)
+
     def opening(self, lacking: float) -> tuple[float, float]:
         """Parts of valve and exhaust that are open.
 

@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem
 
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
-from dolfingrip.mechanics.model.pneumatics import REFERENCE_MPA, Air, Ends
+from dolfingrip.mechanics.model.pneumatics import Air, Ends
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
 from dolfingrip.mechanics.newton.volume_control import CONTROL, VolumeControl
@@ -104,9 +104,7 @@ class AirSupply(VolumeControl):
 
     def filling_s(self) -> float:
         """Time in which valve and tube, choked, fill tube and cavity with air at rest."""
-        line = self.air.line
-        slowest = min(line.duty * line.valve.conductance, line.tube.conductance)
-        return (self._rest_mm3 + line.tube_mm3) / (REFERENCE_MPA * slowest)
+        return self.air.line.filling_s(self._rest_mm3)
 
     def held_mm3(self) -> float:
         """Free air in source, tube and cavity, by their pressures and the cavity's shape."""
