@@ -12,12 +12,13 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import ANGLE, DISPLACEMENT, FORCE, NOMINAL_STRESS, PRESSURE
+from dolfingrip.channels import ANGLE, DISPLACEMENT, FORCE, NOMINAL_STRESS, PRESSURE, TIME
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments import pressures_kPa, synthetic
+from dolfingrip.experiments.chart import over
 from dolfingrip.experiments.derivatives import bands
 from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 from dolfingrip.experiments.experiment import PRESSURE_OPTION, SUCTION_OPTION, Experiment
@@ -210,7 +211,8 @@ def _pictures(
                 files += drawn.save_each(out)
                 files += [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
             if look.video:
-                said = [quantity for quantity in SAID if quantity.name in columns]
+                in_time = [TIME] if over(experiment, columns) == TIME else []
+                said = [quantity for quantity in (*in_time, *SAID) if quantity.name in columns]
                 turn_deg = 0.0 if kind.get("shown") == "section" else look.turn_deg
                 kind |= {"result": columns, "seconds": look.seconds, "turn_deg": turn_deg}
                 moving = render.draw_video(out / "fields.pvd", said, **kind)

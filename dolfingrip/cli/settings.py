@@ -177,7 +177,7 @@ class RunSettings(ConfiguredSettings):
     video: bool | None = option(None, "Draw a video, .mp4 and .gif; default: of a grasp alone.")
     video_length: float | None = option(
         None,
-        "Length of the video; default: 10 s, and its own time in a grasp.",
+        "Length of the video; default: 10 s, and its own time in a grasp or in motion.",
         measured_in="s",
         least=0.1,
         most=60,

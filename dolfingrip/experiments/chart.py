@@ -8,11 +8,15 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS, PRESSURE, TIME, Channel, of_band
+from dolfingrip.channels import AIR_SUPPLY, CHANNELS, ENERGIES, PRESSURE, TIME, Channel, of_band
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series, Style, runs
+from dolfingrip.experiments import ring_down
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.files.run import TurningPoint
 from dolfingrip.files.table import Columns, branches, numbers, required, select_rows
+
+IN_TIME: Final = (*AIR_SUPPLY, *ENERGIES)
+"""Readings of a result that is in motion or has a supply."""
 
 BAND_STD: Final = 2.0
 """Half width of a measurement's noise band, in standard deviations."""
@@ -65,22 +69,26 @@ class DrawnResult:
     scene: int | None = None
 
 
-def panels(experiment: Experiment) -> list[Panel]:
+def panels(experiment: Experiment, table: Columns) -> list[Panel]:
     """List the charts of an experiment's results.
 
     Args:
         experiment: whose plot and table say what is shown.
+        table: columns of a result, of which those of a supply are shown, too.
 
     Returns:
         The panel of its plot, then one for each unit of the other readings in its table.
     """
+    along = over(experiment, table)
+    supply = [c for c in AIR_SUPPLY if numbers(table, c.name) is not None and c.unit]
     plot = experiment.plot
     shown = {curve.column for curve in plot.curves}
     curves = [(_channel(curve.column), curve.label) for curve in plot.curves]
     listed = [Panel(experiment.title, plot.label, curves)]
     by_unit: dict[str, list[tuple[Channel, str]]] = {}
-    for channel in experiment.table:
-        if channel.name not in shown | {TIME.name, experiment.control.name, plot.over.name}:
+    for channel in (*experiment.table, *supply):
+        driven = along == TIME or channel != experiment.control
+        if driven and channel.name not in shown | {TIME.name, along.name}:
             readings = by_unit.setdefault(channel.symbol, [])
             readings.append((channel, channel.short or channel.title))
     for symbol, channels in by_unit.items():
@@ -98,8 +106,11 @@ def over(experiment: Experiment, table: Columns) -> Channel:
         table: columns of the result.
 
     Returns:
-        That of the experiment's plot; the pressure if the result lacks it.
+        The time of a result in motion or with a supply; else that of the experiment's plot, or the
+        pressure if the result lacks it.
     """
+    if any(numbers(table, channel.name) is not None for channel in IN_TIME):
+        return TIME
     along = experiment.plot.over
     return along if numbers(table, along.name) is not None else PRESSURE
 
@@ -127,7 +138,7 @@ def chart(
     Raises:
         ValueError: one line that names a column which no result has.
     """
-    panel = panel or panels(experiment)[0]
+    panel = panel or panels(experiment, results[0].table)[0]
     along = over(experiment, results[0].table)
     series: list[Series] = []
     for result in results:
@@ -150,7 +161,10 @@ def chart(
     if measured is not None:
         series += _measured(measured, experiment.name, along.name, panel.curves)
     ends = _ends(series, first)
-    if turning_point is not None:
+    alone = len(results) == 1 and first.name == experiment.plot.curves[0].column
+    if along == TIME and alone and (swing := _swing(experiment, results[0].table)):
+        series += _envelope(swing, required(results[0].table, TIME.name))
+    if turning_point is not None and along == PRESSURE:
         added, mark = _turning_point(turning_point, required(results[0].table, along.name))
         series += added
         marks.append(mark)
@@ -162,6 +176,59 @@ def chart(
         marks,
         BANDS if any(drawn.low is not None and drawn.marker != "D" for drawn in series) else "",
     )
+
+
+def spectrum(
+    experiment: Experiment, results: Sequence[DrawnResult], measured: Columns | None = None
+) -> Chart | None:
+    """Make the chart of a ring-down's frequencies.
+
+    Args:
+        experiment: whose first curve is taken apart.
+        results: at least one.
+        measured: readings of an instrument, as those of :func:`chart`.
+
+    Returns:
+        The size of the swings by their frequency, after the last change of what drives the body;
+        None where no result swings.
+    """
+    channel = _channel(experiment.plot.curves[0].column)
+    tables = [(result.table, result.name or "simulated", result.style) for result in results]
+    if measured is not None:
+        tables.append((select_rows(measured, "experiment", experiment.name), "measured", "dots"))
+    series, notes = [], []
+    for table, name, style in tables:
+        if swing := _swing(experiment, table):
+            time_s, y = required(table, TIME.name), required(table, channel.name)
+            rows = time_s >= swing.start_s
+            series.append(Series(name, *ring_down.spectrum(time_s[rows], y[rows]), style))
+            notes.append(f"{name}: {swing.sentence}")
+    if not series:
+        return None
+    return Chart(
+        f"{experiment.title}: frequencies of the swing",
+        Axis("Frequency (Hz)", "Hz", zero=True),
+        Axis(f"Size of the swing ({channel.symbol})", channel.symbol, zero=True),
+        series,
+        note="; ".join(notes) + ".",
+    )
+
+
+def _swing(experiment: Experiment, table: Columns) -> ring_down.RingDown | None:
+    """The free swing of an experiment's first curve in a table of readings in time."""
+    columns = TIME.name, experiment.control.name, experiment.plot.curves[0].column
+    read = [numbers(table, name) for name in columns]
+    if any(values is None or not np.isfinite(values).all() for values in read):
+        return None
+    time_s, control, y = (values for values in read if values is not None)
+    return ring_down.fit(time_s, control, y) if (np.diff(time_s) > 0).all() else None
+
+
+def _envelope(swing: ring_down.RingDown, time_s: np.ndarray) -> list[Series]:
+    """Both lines between which a reading swings."""
+    after = time_s[(time_s >= swing.start_s) & (time_s <= swing.end_s)]
+    lines = zip((f"envelope: {swing.sentence}", ""), swing.envelope(after), strict=True)
+    return [Series(label, after, line, "dash", colour="grey") for label, line in lines]
 
 
 def _channel(name: str) -> Channel:

@@ -176,7 +176,8 @@ def draw_video(
         shown: part of the finger, as that of :func:`draw`.
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         beside: what else is drawn.
-        seconds: length of the video; None: ten.
+        seconds: length of the video; None: ten, and the motion's own time where the finger moves in
+            time.
         turn_deg: angle by which the camera turns about the vertical.
 
     Returns:
@@ -186,9 +187,11 @@ def draw_video(
         ValueError: one line, as that of :func:`draw`.
     """
     table, files = _steps(fields, result)
-    rows = np.arange(len(list(table[TIME.name])), dtype=float)
     time_s = np.asarray(table[TIME.name], dtype=float)
+    rows = np.arange(len(time_s), dtype=float)
     over = time_s if (np.diff(time_s) > 0).all() else rows
+    if moves := TIME in channels and over is time_s:
+        seconds = seconds or float(np.ptp(time_s))
     at = np.linspace(over[0], over[-1], video.POLICY.frames(seconds))
 
     def between(values: Sequence[Any]) -> list[Any]:
@@ -201,6 +204,8 @@ def draw_video(
         ", ".join(channel.said(value) for channel, value in zip(channels, values, strict=True))
         for values in said
     ]
+    if moves and (slower := round((seconds or 1) / np.ptp(time_s), 1)) != 1:
+        labels = [f"{label} ({slower:g} times slower)" for label in labels]
     height_px = video.POLICY.height_px
     return _drawn(
         files[: len(rows)], labels, colour_by, shown=shown, beside=beside,

@@ -68,9 +68,9 @@ def summary(checks: Sequence[Check]) -> list[KeyNumber]:
 
 
 def _at(run: Run, row: int) -> str:
-    control = run.experiment.plot.over
-    values = run.column(over(run))
-    return "" if values is None else f"at {said(float(values[row]), control.symbol)}"
+    along = over(run)
+    values = run.column(along.name)
+    return "" if values is None else f"at {said(float(values[row]), along.symbol)}"
 
 
 def _verdict(run: Run) -> tuple[str, str]:

@@ -20,7 +20,7 @@ from dolfingrip.report.gripper import moments_of
 from dolfingrip.report.page import finger
 from dolfingrip.report.page.finger import box_skin, shown_rows
 from dolfingrip.report.page.numbers import said
-from dolfingrip.report.page.runs import Run
+from dolfingrip.report.page.runs import Run, over
 from dolfingrip.report.page.scene import (
     FINGER_VIEW,
     GRIPPER_VIEW,
@@ -153,11 +153,11 @@ def _gripper(run: Run) -> Scene:
 
 
 def _load(run: Run, rows: np.ndarray) -> Load:
-    over = run.experiment.plot.over
-    values = run.column(over.name)
+    along = over(run)
+    values = run.column(along.name)
     if values is None:
         values = np.arange(len(run.result), dtype=float)
     branch = run.branch
     several = len(set(branch)) > 1
     names = [branch[row] if several else "" for row in rows]
-    return Load(over.label, over.symbol, values[rows], names, rows)
+    return Load(along.label, along.symbol, values[rows], names, rows)

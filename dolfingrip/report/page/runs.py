@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import Channel
 from dolfingrip.experiments import chart
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS
@@ -138,13 +139,13 @@ def source(run: Run) -> Source:
     )  # fmt: skip
 
 
-def over(run: Run) -> str:
-    """Column of the horizontal axis of a run.
+def over(run: Run) -> Channel:
+    """The channel of the horizontal axis of a run.
 
     Args:
         run: whose curves are drawn.
 
     Returns:
-        That of the experiment's plot; the pressure if the result lacks it.
+        That of its charts (:func:`dolfingrip.experiments.chart.over`).
     """
-    return chart.over(run.experiment, run.result).name
+    return chart.over(run.experiment, run.result)

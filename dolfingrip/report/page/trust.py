@@ -214,8 +214,8 @@ def _mesh(run: Run, finest: Run | None) -> Check:
     column = run.experiment.plot.curves[0].column
     if finest is None:
         return _estimated(run, column, name, goal)
-    x, y = run.column(over(run)), run.column(column)
-    fine_x, fine_y = finest.column(over(run)), finest.column(column)
+    x, y = run.column(over(run).name), run.column(column)
+    fine_x, fine_y = finest.column(over(run).name), finest.column(column)
     if x is None or y is None or fine_x is None or fine_y is None:
         return Check(name, "–", goal, "open", f"{OPEN}: one has no {column}")
     rising = np.argsort(fine_x, kind="stable")
@@ -280,7 +280,7 @@ def _inverted(run: Run, fields: Fields) -> Check:
 def _measured(run: Run, table: Columns) -> list[Check]:
     """The root mean square difference of each measured channel, by its noise."""
     readings = select_rows(table, "experiment", run.experiment.name)
-    along = over(run)
+    along = over(run).name
     x, simulated_x = numbers(readings, along), run.column(along)
     rows = []
     for curve in run.experiment.plot.curves:

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image as Pillow
 
 from dolfingrip.charts.chart import Chart
-from dolfingrip.experiments.chart import DrawnResult, chart, panels
+from dolfingrip.experiments.chart import DrawnResult, chart, panels, spectrum
 from dolfingrip.experiments.derivatives.bands import band_sentences
 from dolfingrip.files.run import RunFile
 from dolfingrip.report import render
@@ -148,7 +148,7 @@ def _charts(
                 for i, drawn in zip(group, shown, strict=True)
             ]
         experiment, turn = read[group[0]].experiment, read[group[0]].result.turning_point
-        for number, panel in enumerate(panels(experiment)):
+        for number, panel in enumerate(panels(experiment, shown[0].table)):
             try:
                 charts.append(
                     chart(
@@ -158,4 +158,6 @@ def _charts(
                 )  # fmt: skip
             except ValueError:  # no result has these readings
                 continue
+        if swings := spectrum(experiment, shown, given.measured):
+            charts.append(swings)
     return charts
