@@ -13,7 +13,7 @@ import pytest
 from support.measured_files import written
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.worth import checks
+from dolfingrip.diagnosis.additions.checks import checks
 from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives, hidden_effects
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
@@ -74,6 +74,7 @@ def diagnosed(value: np.ndarray) -> Any:
         measurement=SimpleNamespace(listed=pd.DataFrame({"column": ["angle_deg"] * len(X)})),
     )  # fmt: skip
     analysis.numbers = partial(Analysis.numbers, analysis)
+    analysis.factor = partial(Analysis.factor, analysis)
     print("seed", SEED)
     posterior = search(problem, np.random.default_rng(SEED))
     decision = sensitivity(posterior)[0]
@@ -172,6 +173,6 @@ def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
             shape_number(MASS, config.changed(finger={name: middle + way * step}), ())[0]
             for way in (1, -1)
         )
-        print(key, weigh.quantities[0].numbers[by], (more - less) / (2 * step))
+        print(key, weigh.read({by: 1.0})[0], (more - less) / (2 * step))
         assert weigh.read({by: 1.0})[0] == pytest.approx((more - less) / (2 * step), rel=0.02)
     assert weigh.std[0] == pytest.approx(0.01 * shape_number(MASS, config, ())[0])

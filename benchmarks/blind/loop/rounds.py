@@ -28,7 +28,7 @@ from dolfingrip.jobs.store import Store
 WALLS: Final = "finger.wall_mm"
 COLUMNS: Final = (
     "protocol", "kind", "number", "round", "answer", "first", "second", "probability",
-    "unexplained", "covers", "numbers", "open", "acting", "advised", "minutes", "undone",
+    "unexplained", "covers", "numbers", "open", "advised", "minutes", "undone",
     "processor_s", "simulations", "commit",
 )  # fmt: skip
 REFUSED: Final = "refused"
@@ -50,7 +50,7 @@ def diagnosed(store: Path, workers: int) -> Diagnose:
     def call(laboratory: Laboratory, folder: Path) -> DiagnosisFile:
         files = laboratory.write(folder / "measured")
         with progress.jobs(console(), "simulations") as show:
-            settings = DiagnosisSettings(workers, store, effects=laboratory.effects, progress=show)
+            settings = DiagnosisSettings(workers, store, progress=show)
             diagnosis = diagnose(files, laboratory.config, folder, settings)
         return write(diagnosis, files, folder).result
 
@@ -107,7 +107,7 @@ def run(
             _add(table, _row(case, turn) | {"answer": REFUSED, "undone": f"{error}"})
             return
         row = _row(case, turn) | answered(case, result) | {
-            "acting": " ".join(laboratory.acting), "processor_s": f"{spent_s() - before_s:.1f}",
+            "processor_s": f"{spent_s() - before_s:.1f}",
             "simulations": count() - before,
         }  # fmt: skip
         advised, undone = (
