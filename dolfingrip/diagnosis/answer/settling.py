@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import batched
 
 import numpy as np
@@ -57,15 +57,19 @@ def settled_by(
     now = chance_alone(comparison.probability, comparison.apart)
     helpful = [test for test in weighed if test is not None and (test.chance > now or test.tells)]
     failed: list[str] = []
-    # a cause that is named is worth simulations; else they are made where no check would do
-    needed = diagnosis.decision.answer == "cause" or not any(test.splits for test in helpful)
-    needed = simulating and (needed or analysis.closed_form)
-    tests = proposals(analysis.measurement, diagnosis.config) if needed else []
+    compared = fits
+    if not (analysis.closed_form or diagnosis.decision.answer == "cause"):
+        # simulations are made of what no check tells from the likeliest
+        told = {name for check in helpful for name in check.tells}
+        left = [fit for fit in fits[1:] if told.isdisjoint(problem.causes(fit.subset))]
+        compared = [fits[0], *left[: problem.policy.leading - 1]]
+    simulating &= len(compared) > 1
+    tests = proposals(analysis.measurement, diagnosis.config) if simulating else []
     at_once = max(len(tests), 1) if analysis.closed_form else 1
     for together in batched(tests, at_once, strict=False):
         say(f"next experiment: {'; '.join(test.name for test in together)}")
         try:
-            expectations = analysis.expected(fits, together)
+            expectations = analysis.expected(compared, together)
         except ConfigError as error:
             failed += [f"{test.name} could not be judged: {error}" for test in together]
             continue
@@ -74,7 +78,8 @@ def settled_by(
                 why = "a simulation of a likely cause does not reach all readings"
                 failed.append(f"{test.name} could not be judged: {why}")
             else:
-                helpful.append(_tested(analysis, comparison, test, fits, readings))
+                simulated = dict(zip(map(id, compared), readings, strict=True))
+                helpful.append(_tested(analysis, comparison, test, fits, simulated))
     return sorted(helpful, key=lambda worth: worth.rank), failed
 
 
@@ -115,10 +120,19 @@ def _tested(
     comparison: Comparison,
     proposal: Proposal,
     fits: Sequence[MapFit],
-    simulated: Sequence[tuple[np.ndarray, np.ndarray]],
+    simulated: Mapping[int, tuple[np.ndarray, np.ndarray]],
 ) -> NextExperiment:
-    """Weigh a test by simulations of all hypotheses; the rig's own errors are others then."""
-    after = [_rival(analysis, fit, *pair) for fit, pair in zip(fits, simulated, strict=True)]
+    """Weigh a test by simulations of hypotheses; the rig's own errors are others then.
+
+    One that is not simulated counts as the first one: the test tells nothing of it.
+    """
+    readings, slopes = simulated[id(fits[0])]
+    after = []
+    for fit in fits:
+        alike = np.zeros((len(readings), len(fit.zeta)))
+        count = min(slopes.shape[1], analysis.problem.nuisance_count)
+        alike[:, :count] = slopes[:, :count]
+        after.append(_rival(analysis, fit, *simulated.get(id(fit), (readings, alike))))
     shared, cross = analysis.covariances(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew
     seen = shows_memory(analysis.measurement, proposal.measurement)
