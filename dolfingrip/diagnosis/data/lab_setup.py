@@ -243,10 +243,10 @@ class SetupFile:
         return pairs
 
     def spreads(self) -> dict[str, Any]:
-        """All standard deviations that the file tells, by nuisance and by column."""
+        """Standard deviations of what is as configured, by nuisance and by column."""
         noise = {k: v for k, v in self.table("noise").items() if not isinstance(v, dict)}
         spreads = _flat(self.table("nuisance"))
-        return noise | {k: v["std"] if isinstance(v, dict) else v for k, v in spreads.items()}
+        return noise | {key: std for key, std in spreads.items() if not isinstance(std, dict)}
 
     def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:
         """Values by section and key; flat keys are put into their sections."""
