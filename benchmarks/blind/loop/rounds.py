@@ -52,7 +52,8 @@ def diagnosed(store: Path, workers: int) -> Diagnose:
         with progress.jobs(console(), "simulations") as show:
             settings = DiagnosisSettings(workers, store, progress=show)
             diagnosis = diagnose(files, laboratory.config, folder, settings)
-        return write(diagnosis, files, folder).result
+        result, _ = write(diagnosis, files, folder)
+        return result
 
     return call
 
