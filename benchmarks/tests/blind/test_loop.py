@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -214,3 +215,17 @@ def test_a_refused_setup_ends_a_case(laboratory: Laboratory, tmp_path: Path) -> 
     assert (row["answer"], row["undone"]) == (
         rounds.REFUSED, "nuisance.wall = -1: allowed: at least 0",
     )  # fmt: skip
+
+
+def test_a_diagnosis_that_takes_too_long_ends_a_case(
+    laboratory: Laboratory, tmp_path: Path
+) -> None:
+    def diagnosing(here: Laboratory, folder: Path) -> outcome.DiagnosisFile:
+        time.sleep(60)
+        raise AssertionError
+
+    table = tmp_path / "small.csv"
+    for _ in range(2):  # nothing is left to do the second time
+        rounds.run(CASE, laboratory, diagnosing, tmp_path / "case", 2, table, minutes=1e-3)
+    (row,) = rows(table)
+    assert (row["answer"], row["undone"]) == (rounds.LATE, "no answer within 0.001 minutes")
