@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions.checks import numbers_read
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.discrepancy import kernel
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of
@@ -216,7 +217,8 @@ def _problem(
     problem = InferenceProblem(
         value, np.nan_to_num(simulation.configured), off.noise, (*solid, *seen),
         np.column_stack([np.zeros((len(value), 0)), *columns]), {}, remaining.covariance,
-        kernel(off.along), policy=simulation.measurement.policy,
+        kernel(off.along), told=numbers_read(simulation.measurement, simulation.config),
+        policy=simulation.measurement.policy,
     )  # fmt: skip
     return remaining, problem.beside([(NONE, Tangents.stacked(runs))])
 

@@ -309,8 +309,10 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     without = posterior.best(others, level=best.level)
     total = problem.covariance + best.level**2 * problem.kernel
     total = total + problem.curves @ problem.curves.T
-    off = problem.value - problem.predicted(without.subset, without.zeta)
+    off = problem.every_value - problem.every_reading(without.subset, without.zeta)[0]
+    off, of_numbers = np.split(off, [len(problem.value)])
     free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
+    free += float(np.square(of_numbers / problem.told_std).sum())
     return 0.5 * (free - best.misfit) > problem.policy.log_odds
 
 
@@ -423,7 +425,8 @@ def _stays(
         names: of what is missed without one of these; all causes where empty.
         beside: pairs with one of these alone are asked; all hypotheses where empty.
     """
-    n, causes = len(posterior.problem.value), posterior.problem.causes
+    problem = posterior.problem
+    n, causes = len(problem.value) + len(problem.told), problem.causes
     off: dict[Subset, float] = {}
     for fit in posterior.fits:
         if fit.level == 0:

@@ -28,7 +28,13 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
 from dolfingrip.diagnosis.core.sampling import drawn
-from dolfingrip.diagnosis.core.unknown import Unknown, coordinates
+from dolfingrip.diagnosis.core.unknown import (
+    NumberReading,
+    Unknown,
+    coordinates,
+    expected,
+    linear_in,
+)
 from dolfingrip.diagnosis.policy import Policy
 
 Subset = tuple[str, ...]
@@ -83,6 +89,8 @@ class InferenceProblem:
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
         largest: the largest reading of each one's channel, shape (n,); of all where None.
+        told: m readings of numbers by themselves, which are independent of the others. They stand
+            below these, each less what would be read of the model as configured.
         policy: numbers of the priors, and of how they are compared.
     """
 
@@ -101,6 +109,7 @@ class InferenceProblem:
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
     largest: np.ndarray | None = None
+    told: tuple[NumberReading, ...] = ()
     policy: Policy = Policy()
 
     @property
@@ -117,6 +126,22 @@ class InferenceProblem:
     def simulated_count(self) -> int:
         """Count of those that simulations are of, which come first."""
         return len(self.always) - self.linear.shape[1]
+
+    @property
+    def every_value(self) -> np.ndarray:
+        """Readings, and those of numbers below them, shape (n + m,)."""
+        return np.append(self.value, [reading.change for reading in self.told])
+
+    @cached_property
+    def every_linear(self) -> np.ndarray:
+        """Changes of them by one standard deviation of numbers they are linear in, (n + m, l)."""
+        _, by = expected(self.told, self.always, np.zeros(self.nuisance_count))
+        return np.vstack([self.linear, by[:, self.simulated_count :]])
+
+    @property
+    def told_std(self) -> np.ndarray:
+        """Standard deviations of readings of numbers, shape (m,)."""
+        return np.array([reading.std for reading in self.told])
 
     @cached_property
     def levels(self) -> Mapping[float, CovarianceModel]:
@@ -135,12 +160,12 @@ class InferenceProblem:
 
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
-        both = np.ix_(kept, kept)
+        both, every = np.ix_(kept, kept), np.append(kept, np.ones(len(self.told), bool))
         return replace(
             self, value=self.value[kept], base=self.base[kept], noise=self.noise[kept],
             linear=self.linear[kept], covariance=self.covariance[both], kernel=self.kernel[both],
             runs={causes: run.rows(kept) for causes, run in self.runs.items()},
-            blends={causes: blend.rows(kept) for causes, blend in self.blends.items()},
+            blends={causes: blend.rows(every) for causes, blend in self.blends.items()},
             curves=None if self.curves is None else self.curves[kept],
             largest=None if self.largest is None else self.largest[kept],
         )  # fmt: skip
@@ -157,7 +182,8 @@ class InferenceProblem:
             if not any({*acting} <= {*causes} for acting in new):
                 blends[causes] = self.blends[causes]
                 continue
-            simulated, numbers = runs[causes], problem._simulated(causes)
+            numbers = problem._simulated(causes)
+            simulated = runs[causes].beside(*linear_in(self.told, numbers))
             remaining = simulated.told.copy()
             for part in [blend for acting, blend in blends.items() if {*acting} < {*causes}]:
                 some = [numbers.index(number) for number in part.numbers]
@@ -167,7 +193,8 @@ class InferenceProblem:
             length = 1.0 if len(causes) > 1 else np.inf
             alone = Tangents(simulated.u, remaining)
             missed = self.policy.matters
-            blends[causes] = TangentBlend.of(numbers, alone, self.noise, length, missed)
+            noise = np.append(self.noise, self.told_std)
+            blends[causes] = TangentBlend.of(numbers, alone, noise, length, missed)
         self._hand_on(problem)
         return problem
 
@@ -239,12 +266,25 @@ class InferenceProblem:
         """Ranges of ζ of a hypothesis, (d, 2)."""
         return np.array([[number.low, number.high] for number in self.unknowns(subset)])
 
+    def every_reading(self, subset: Subset, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Readings at ζ, and those of numbers, (n + m,), and their derivatives by ζ, (n + m, d)."""
+        linear = self.every_linear
+        readings = linear @ zeta[self.simulated_count : self.nuisance_count]
+        slopes = np.zeros((len(linear), len(zeta)))
+        slopes[:, self.simulated_count : self.nuisance_count] = linear
+        for _, blend, which in self.parts(subset):
+            value, by = blend.with_slopes(zeta[None, which])
+            readings = readings + blend.columns @ value[0]
+            slopes[:, which] += blend.columns @ by[0]
+        return readings, slopes
+
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
-        readings = self.linear @ zeta[self.simulated_count : self.nuisance_count]
-        for _, blend, which in self.parts(subset):
-            readings = readings + blend.columns @ blend.at(zeta[None, which])[0]
-        return readings
+        return self.every_reading(subset, zeta)[0][: len(self.value)]
+
+    def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """Their derivatives by ζ, shape (n, d)."""
+        return self.every_reading(subset, zeta)[1][: len(self.value)]
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
@@ -255,14 +295,6 @@ class InferenceProblem:
         """Root mean square of a change of the readings, by the largest of each one's channel."""
         largest = np.abs(self.value).max() if self.largest is None else self.largest
         return float(np.sqrt(np.mean((change / largest) ** 2)))
-
-    def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
-        """Their derivatives by ζ, shape (n, d)."""
-        slopes = np.zeros((len(self.value), len(zeta)))
-        slopes[:, self.simulated_count : self.nuisance_count] = self.linear
-        for _, blend, which in self.parts(subset):
-            slopes[:, which] += blend.columns @ blend.with_slopes(zeta[None, which])[1][0]
-        return slopes
 
     def extrapolated(self, fit: MapFit) -> float:
         """ln of evidence that a fit's readings may miss, as they are not simulated.
@@ -350,8 +382,10 @@ class CovarianceModel:
         problem, before = self.problem, self.before
         if before is None:
             total = problem.covariance + self.level**2 * problem.kernel
+            total = scipy.linalg.block_diag(total, np.diag(problem.told_std**2))
             self._lower = scipy.linalg.cholesky(total, lower=True)
-            self._first = self.whitened(np.column_stack([problem.value, problem.linear]))
+            first = np.column_stack([problem.every_value, problem.every_linear])
+            self._first = self.whitened(first)
         else:
             self._lower, self._first = before._lower, before._first
         self._white: dict[Subset, np.ndarray] = {
@@ -361,7 +395,7 @@ class CovarianceModel:
             for causes, blend in problem.blends.items()
         }
         self.before = None
-        log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
+        log_2_pi = len(self._lower) * float(np.log(2 * np.pi))
         self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
 
     @cached_property
@@ -375,22 +409,28 @@ class CovarianceModel:
         return np.asarray(self._whitened.T @ self._whitened)
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
-        """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
-        return np.asarray(scipy.linalg.solve_triangular(self._lower, columns, lower=True))
+        """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k), with or without readings of numbers."""
+        lower = self._of_first(len(columns))
+        return np.asarray(scipy.linalg.solve_triangular(lower, columns, lower=True))
 
     def weighed(self, residual: np.ndarray) -> np.ndarray:
         """C⁻¹ r of a residual r, shape (n,)."""
-        return np.asarray(scipy.linalg.cho_solve((self._lower, True), residual))
+        return np.asarray(scipy.linalg.cho_solve((self._of_first(len(residual)), True), residual))
 
     def coloured(self, white: np.ndarray) -> np.ndarray:
         """L white: readings' errors of covariance C from independent ones, shape (n,)."""
-        return np.asarray(self._lower @ white)
+        return np.asarray(self._of_first(len(white)) @ white)
+
+    def _of_first(self, count: int) -> np.ndarray:
+        """L of so many readings, the first ones."""
+        return self._lower[:count, :count]
 
     def read(self, value: np.ndarray) -> CovarianceModel:
         """Return the model of other readings y, shape (n,), by the same columns."""
         other, gram = copy(self), self.gram.copy()
         other.problem = replace(self.problem, value=value)
-        other._whitened = np.column_stack([self.whitened(value), self._whitened[:, 1:]])
+        white = self.whitened(other.problem.every_value)
+        other._whitened = np.column_stack([white, self._whitened[:, 1:]])
         gram[0] = gram[:, 0] = other._whitened[:, 0] @ other._whitened
         other.gram = gram
         return other
@@ -866,11 +906,10 @@ class Visibility:
 
     def strength(self, name: str, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
-        white = self.columns.whitened(self.change(name, zeta))
-        residual = white - self.columns.whitened(self.own) @ taken(
-            white, self.columns.whitened(self.own)
-        )
-        return float(np.sqrt(max(white @ residual, 0.0)))
+        with_it, _ = self.problem.every_reading((name,), np.r_[self.at, zeta])
+        without, own = self.problem.every_reading(NONE, self.at)
+        white, free = map(self.columns.whitened, (with_it - without, own))
+        return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
 
 
 def taken(change: np.ndarray, columns: np.ndarray) -> np.ndarray:
