@@ -105,17 +105,17 @@ def fit(time_s: np.ndarray, control: np.ndarray, reading: np.ndarray) -> RingDow
     since, y = t[fitted] - t[0], y[fitted]
 
     def model(at: np.ndarray, *p: float) -> np.ndarray:
-        rest, creep, size, rate, frequency, phase = p
+        level, creep, size, rate, frequency, phase = p
         swing = np.exp(-rate * at) * np.cos(2 * np.pi * frequency * at + phase)
-        return rest + creep * at + size * swing
+        return level + creep * at + size * swing
 
     begin = [y[0] - off[0], 0.0, off[0], about / 3, about, 0.0]
     try:
-        rest, creep, *swing = map(float, curve_fit(model, since, y, begin)[0])
+        level, creep, *swing = map(float, curve_fit(model, since, y, begin)[0])
     except RuntimeError:  # it does not converge
         return None
-    line = Polynomial([rest - creep * t[0], creep])
-    left = np.var(y - model(since, rest, creep, *swing)) / np.var(y - line(t[fitted]))
+    line = Polynomial([level - creep * t[0], creep])
+    left = np.var(y - model(since, level, creep, *swing)) / np.var(y - line(t[fitted]))
     ring_down = RingDown(float(t[0]), float(t[fitted][-1]), line, *swing)
     swings = ring_down.frequency_Hz * since[-1]
     unclear = left > MOST_LEFT or swings < FEWEST_SWINGS
