@@ -22,7 +22,7 @@ PRESSED = changed(
     Config(),
     {
         **{"finger.bellows": 3, "finger.length_mm": 45.0, "solver.rtol": 1e-11},
-        **{"mesh.size_mm": 8.0, "mesh.edge_size_mm": 8.0},
+        **{"mesh.size_mm": 11.0, "mesh.edge_size_mm": 11.0},
         **{"obstacle.kind": "sausage-short", "obstacle.z_mm": 40.0},
     },
 )

@@ -14,6 +14,8 @@ from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
 
 CYCLES = (
+    "mesh.size_mm=10",
+    "mesh.edge_size_mm=10",
     "contact.self_contact=false",
     "experiment.max_pressure_kPa=20",
     "experiment.step_kPa=10",

@@ -135,7 +135,10 @@ def test_it_sees_a_tangent_that_is_indefinite() -> None:
 CASES = {
     "tetrahedra": ("bending", ("solver.element=P2", "mesh.size_mm=6")),
     "hexahedra": ("bending", ()),
-    "contact": ("blocked_force", ("finger.gap_mm=0.4", "experiment.max_pressure_kPa=150")),
+    "contact": (
+        "blocked_force",
+        ("finger.gap_mm=0.4", "experiment.max_pressure_kPa=150", "experiment.step_kPa=75"),
+    ),
     "friction": ("blocked_force", ("extensions.plate_friction={}", "finger.gap_mm=0.4")),
     "springs": ("blocked_force", ("extensions.clamp_compliance={}",)),
     "volume": ("bending", ("experiment.control=volume", "experiment.max_volume_ratio=1.1")),

@@ -384,6 +384,9 @@ class _Step:
 
     The search for the pressures asks for the balances some thousand times, in plain numbers: arrays
     of three take four times as long.
+
+    Attributes:
+        shares: p^(1/n) V of source, tube and cavity at the step's start, by the amount of air.
     """
 
     air: Air
@@ -393,7 +396,6 @@ class _Step:
     amounts: list[float]
     invariants: list[float]
     shares: list[float]
-    """p^(1/n) V of each volume at the step's start, by its amount of air."""
 
     @classmethod
     def of(cls, air: Air, prescribed: float, step_s: float) -> _Step:
@@ -401,9 +403,9 @@ class _Step:
         flows, rates = air.mean
         share = np.full(3, REFERENCE_MPA)
         np.divide(now.invariants, now.amounts, out=share, where=now.amounts > 0)
-        made = cls(air, prescribed, step_s, old, [], [], share.tolist())
-        made.amounts = (now.amounts + step_s * old * made.net(flows)[0]).tolist()
-        made.invariants = (now.invariants + step_s * old * rates).tolist()
+        made = cls(air, prescribed, step_s, old, [], [], list(map(float, share)))
+        made.amounts = list(map(float, now.amounts + step_s * old * made.net(flows)[0]))
+        made.invariants = list(map(float, now.invariants + step_s * old * rates))
         return made
 
     def net(self, flows: np.ndarray) -> tuple[np.ndarray, float]:

@@ -28,7 +28,7 @@ UP, DOWN = (0, 20, 40, 60), (30, 0)
 
 def finger() -> Config:
     """Two bellows, graded a little, so that there is something to take off."""
-    return small.short("mesh.edge_size_mm=4", "solver.rtol=1e-9")
+    return small.short(*small.FEW, "mesh.edge_size_mm=6", "solver.rtol=1e-9")
 
 
 @pytest.fixture(scope="module")
