@@ -66,7 +66,7 @@ def scene(number: int) -> Scene:
     if number < MARKED:
         return drawn
     front = 10.5 + drawn.in_front_mm / 2  # the sheet is behind the finger's far side
-    return replace(drawn, finger="uneven", marks="none", fingers=1, count=8, in_front_mm=front)
+    return replace(drawn, finger="uneven", marks="none", fingers=1, count=5, in_front_mm=front)
 
 
 @cache

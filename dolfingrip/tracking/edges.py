@@ -12,8 +12,9 @@ STRANGE: Final = 0.4
 an edge may be lit or shaded, or be of another part."""
 LEAST: Final = 12.0
 """Difference of colours (of 255) that makes an edge."""
-DEEP_PX: Final = (2.5, 5.0)
-"""Distances from an edge between which colours are those of its two sides."""
+DEEP_PX: Final = (1.5, 5.0)
+"""Distances from an edge between which colours are those of its two sides. Inside, the one that is
+most unlike the background counts: a narrow strip may be lit otherwise, and motion blurs edges."""
 NEAR_PX: Final = 2.5
 """Distance from an edge up to which a pixel may be of both sides."""
 
@@ -64,10 +65,12 @@ def offsets(
     total -= np.cumsum(as_ground, axis=1)
     total[:, np.abs(away) > reach_px] = np.inf
     edge = away[total.argmin(axis=1)] + STEP_PX / 2
-    depth = np.linspace(*DEEP_PX, 4)
-    inside = np.median(
-        sampled(image, at_px[:, None] + (edge[:, None] - depth)[..., None] * normals[:, None]), 1
-    )
+    depth = np.linspace(*DEEP_PX, 8)
+    layers = sampled(image, at_px[:, None] + (edge[:, None] - depth)[..., None] * normals[:, None])
+    rows = np.arange(len(edge))
+    beyond = ground[rows, np.abs(away - edge[:, None]).argmin(axis=1)]
+    unlike = ((layers - beyond[:, None]) ** 2).sum(axis=2).argmax(axis=1)
+    inside = layers[rows, unlike]
     across = inside[:, None] - ground
     size = np.maximum((across**2).sum(axis=2), 1.0)
     share = np.clip(((colours - ground) * across).sum(axis=2) / size, 0.0, 1.0)
@@ -75,8 +78,20 @@ def offsets(
     place = edge - NEAR_PX + STEP_PX * (share * near).sum(axis=1) + _cut(away, edge)
     beside = np.sqrt((size * near).sum(axis=1) / near.sum(axis=1))
     misfit = total.min(axis=1) / (len(away) * np.maximum(beside, 1.0) ** 2)
-    good = (beside > LEAST) & (misfit < STRANGE**2 / 2) & (np.abs(edge) < reach_px - STEP_PX)
-    return np.where(good, place, np.nan), inside
+    sides = [
+        sampled(
+            behind, at_px[:, None] + (edge[:, None] + sign * depth)[..., None] * normals[:, None]
+        )
+        for sign in (-1, 1)
+    ]  # an edge that is there without the finger is of something in front of it
+    standing = np.linalg.norm(np.median(sides[0], 1) - np.median(sides[1], 1), axis=1)
+    good = (
+        (beside > LEAST)
+        & (standing < STRANGE * beside)
+        & (misfit < STRANGE**2)
+        & (np.abs(edge) < reach_px - STEP_PX)
+    )
+    return np.where(good, place, np.nan), np.median(layers[:, len(depth) // 3 :], axis=1)
 
 
 def _cut(away: Floats, edge: Floats) -> Floats:

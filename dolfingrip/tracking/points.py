@@ -12,7 +12,7 @@ from dolfingrip.tracking.plane import Length
 
 ORDINARY_PX: Final = 0.3
 """Standard deviation of a place where its jumps do not tell it."""
-LEAST_PX: Final = {"dots": 0.1, "tags": 0.03}
+LEAST_PX: Final = {"dots": 0.1, "tags": 0.03, "silhouette": 0.15}
 """The least one: what a codec keeps from frame to frame shows in no jump."""
 CORNER: Final = 3.0
 """Standard deviation of a tag's corner by that of its centre."""
@@ -63,6 +63,8 @@ class TrackedPoints:
         """
         hidden = HIDDEN * self.radius_px * (1 - self.seen)
         least = LEAST_PX["dots" if self.corners_px is None else "tags"]
+        if self.shared_px is not None:
+            least = LEAST_PX["silhouette"]
         return np.asarray(np.hypot(np.maximum(self._jumps_px(), least), hidden))
 
     def _jumps_px(self) -> np.ndarray:

@@ -35,8 +35,8 @@ class SilhouettePolicy:
         edge_px: standard deviation of an edge, whose neighbours err alike.
         common_px: of all edges of a frame and a light.
         tip_mm: of the tip's face from the simulated one.
-        place_mm: of the clamp from where it was told, along and across the finger.
-        kept: of both from frame to frame, by that.
+        place_mm: of the clamp from where it was told, across and along the finger.
+        made: of a finger's length at rest from the configuration's, by that.
         stretch: of the back's stretch from the simulated one.
         wave: of the second difference of the turn's splines (rad).
         along: standard deviation of a point along the back, by its shift against equal stretch.
@@ -49,8 +49,8 @@ class SilhouettePolicy:
     edge_px: float = 0.5
     common_px: float = 0.15
     tip_mm: float = 0.15
-    place_mm: tuple[float, float] = (1.0, 1.5)
-    kept: float = 0.03
+    place_mm: tuple[float, float] = (1.5, 1.0)
+    made: float = 0.003
     stretch: float = 0.03
     wave: float = 0.1
     along: float = 0.5
@@ -58,12 +58,23 @@ class SilhouettePolicy:
 
 
 POLICY: Final = SilhouettePolicy()
-FIRST_PX: Final = (12.0, 6.0, 4.0)
-NEXT_PX: Final = (8.0, 4.0)
-ANEW_PX: Final = (20.0, 10.0, 5.0, 4.0)
+FIRST_MM: Final = (4.0, 2.0, 1.0)
+NEXT_MM: Final = (3.0, 1.0)
+ANEW_MM: Final = (8.0, 4.0, 2.0, 1.0)
 """Farthest place of an edge from where it is expected, of each round."""
-FREE: Final = 3
-"""Unknowns before those of the turn: the clamp along x and z (mm), and the stretch."""
+LEAST_PX: Final = 4.0
+"""That place at least."""
+DEEP_MM: Final = 4.0
+"""Distance within an expected edge at which a finger has its colour."""
+SMALL: Final = 0.01
+"""Change of an unknown by which edges are differentiated."""
+MARGIN_MM: Final = 1.5
+"""Distance from the outline of a finger that was fitted at which the background is seen."""
+STANDING: Final = 4
+"""First unknowns, which all frames have in common: the clamp along x and z (mm), and how far along
+these a point is seen that is 1 mm behind the middle, which a camera's tilt changes."""
+FREE: Final = 5
+"""Unknowns before those of the turn; the last one is the stretch."""
 
 
 @dataclass(frozen=True)
@@ -122,16 +133,23 @@ class Silhouette:
         self._smooth = np.zeros((FREE + splines,) * 2)
         self._smooth[FREE:, FREE:] = bends.T @ bends
         self._origin, self._axes = self._placed(image, clamp_px, side)
-        self._hidden = self._covered(self._outline(self._mean, 0.0))  # by the finger ever since
+        # what the finger hides in all frames so far is guessed from around it
+        self._hidden = self._covered(self._outline(self._mean, 0.0), DEEP_MM)
         self._behind = cv2.inpaint(image, self._hidden, 3, cv2.INPAINT_TELEA)
         start = _Fit(0.0, self._mean, np.empty(0), np.empty(0), np.full((1, 3), np.nan))
-        std = np.r_[POLICY.place_mm[::-1], 0.003, np.full(splines, 0.3)]
-        self._last = self._fitted(image, start, std, FIRST_PX)
+        tilt = np.radians(camera.axis_std_deg)
+        std = np.r_[POLICY.place_mm, tilt, tilt, POLICY.made, np.full(splines, 0.3)]
+        self._prior = np.diag(std**-2.0) + self._smooth
+        self._last = self._fitted(image, start, FIRST_MM)
         if self._share(self._last) < POLICY.seen:
             raise _nothing(self._share(self._last))
-        self._mean[:2] = self._last.unknowns[:2]
-        kept = POLICY.kept * np.array(POLICY.place_mm)
-        self._std = np.r_[kept, POLICY.stretch, np.full(splines, 1.0)]
+        self._hidden = self._covered(self._outline(self._last.unknowns, 0.0), MARGIN_MM)
+        self._behind = cv2.inpaint(image, self._hidden, 3, cv2.INPAINT_TELEA)
+        self._mean[:STANDING] = self._last.unknowns[:STANDING]
+        self._prior = np.diag(np.r_[np.zeros(FREE - 1), POLICY.stretch**-2, np.ones(splines)])
+        self._prior += self._smooth
+        standing = self._last.covariance[:STANDING, :STANDING]
+        self._prior[:STANDING, :STANDING] = np.linalg.inv(standing)
         self._rest, self._turn = self._last, self._turned(self._last)
         self._speed = np.zeros_like(self._turn)
 
@@ -145,7 +163,7 @@ class Silhouette:
             Places (n, 2) in px of the points, and the share of edges that is seen by each (n,).
         """
         start = self._like(self._turn + self._speed, self._last)
-        fit = self._fitted(image, start, self._std, NEXT_PX)
+        fit = self._fitted(image, start, NEXT_MM)
         return self._taken(image, fit) if self._share(fit) > POLICY.seen else self.anew(image)
 
     def anew(self, image: Image) -> tuple[Floats, Floats]:
@@ -158,7 +176,7 @@ class Silhouette:
         starts = [_Fit(shape, self._mean, np.empty(0), np.empty(0), self._rest.inner)
                   for shape in shapes.tolist()]  # fmt: skip
         scores = [self._likeness(image, start) for start in starts]
-        fit = self._fitted(image, starts[int(np.argmax(scores))], self._std, ANEW_PX)
+        fit = self._fitted(image, starts[int(np.argmax(scores))], ANEW_MM)
         if self._share(fit) > POLICY.seen:
             return self._taken(image, fit)
         self.outlines.append(np.zeros((0, 2)))
@@ -181,7 +199,7 @@ class Silhouette:
         self._last, self._turn = fit, turn
         self.outlines.append(self._outline(fit.unknowns, fit.shape))
         if self._hidden.any():
-            new = (self._hidden > 0) & (self._covered(self.outlines[-1]) == 0)
+            new = (self._hidden > 0) & (self._covered(self.outlines[-1], MARGIN_MM) == 0)
             self._behind[new] = image[new]
             self._hidden[new] = 0
         px, errors = self._points(fit)
@@ -222,8 +240,11 @@ class Silhouette:
         return self._camera.pixels(plane, body_mm[..., 1] - self._middle_mm)
 
     def _body(self, unknowns: Floats, shape: float, points: Floats) -> Floats:
-        x, z, longer = unknowns[:FREE]
-        return self._family.places(shape, unknowns[FREE:], longer, points) + np.array([x, 0.0, z])
+        x, z, by_x, by_z, longer = unknowns[:FREE]
+        body = self._family.places(shape, unknowns[FREE:], longer, points)
+        deeper = body[..., 1] - self._middle_mm
+        shift = np.stack([x + by_x * deeper, np.zeros_like(deeper), z + by_z * deeper], axis=-1)
+        return np.asarray(body + shift)
 
     def _edge(self, unknowns: Floats, shape: float) -> tuple[Floats, Floats]:
         """Places (n, 2) of the back's and the tip's edges in the picture, and normals (n, 2)."""
@@ -237,26 +258,26 @@ class Silhouette:
         outermost = np.einsum("njk,nk->nj", px, normals).argmax(axis=1)
         return px[np.arange(len(px)), outermost], normals
 
-    def _fitted(self, image: Image, start: _Fit, std: Floats, reaches: tuple[float, ...]) -> _Fit:
+    def _fitted(self, image: Image, start: _Fit, reaches_mm: tuple[float, ...]) -> _Fit:
         """Fit a line to edges, which are looked for nearer and nearer to it."""
         unknowns: Floats = start.unknowns.copy()
-        shape, inner = start.shape, start.inner
-        prior = np.diag(std**-2.0) + self._smooth
+        shape, inner, prior = start.shape, start.inner, self._prior
         sigma = np.where(
             self._is_tip, np.hypot(POLICY.edge_px, POLICY.tip_mm * self._px_per_mm), POLICY.edge_px
         )
         slopes: Floats | None = None
-        for reach in (*reaches, reaches[-1]):
+        for reach_mm in (*reaches_mm, reaches_mm[-1]):
+            reach = max(reach_mm * self._px_per_mm, LEAST_PX)
             at, normals = self._edge(unknowns, shape)
             if not np.isfinite(inner).all():
-                inner = edges.sampled(image, at - 2.0 * self._px_per_mm * normals)
+                inner = edges.sampled(image, at - DEEP_MM * self._px_per_mm * normals)
             off, beside = edges.offsets(image, self._behind, inner, at, normals, reach)
-            if slopes is None or reach > 5:
+            if slopes is None or reach_mm > 1:
                 slopes = np.empty((len(at), len(unknowns)))
-                for i, step in enumerate(np.minimum(std, 0.01)):
-                    moved = unknowns.copy()
-                    moved[i] += step
-                    slopes[:, i] = ((self._edge(moved, shape)[0] - at) * normals).sum(axis=1) / step
+                for i in range(len(unknowns)):
+                    moved = unknowns + SMALL * (np.arange(len(unknowns)) == i)
+                    slopes[:, i] = ((self._edge(moved, shape)[0] - at) * normals).sum(axis=1)
+                slopes /= SMALL
             seen = np.isfinite(off)
             begun, before = unknowns, np.nan_to_num(off)
             for _ in range(4):
@@ -317,27 +338,26 @@ class Silhouette:
         longest = max(outlines, key=len)[:: POLICY.outline_px, 0]
         return np.asarray(longest + corner)
 
-    def _covered(self, outline_px: Floats) -> Floats:
+    def _covered(self, outline_px: Floats, margin_mm: float) -> Floats:
         """Where the finger may be in a frame, with a margin: (height, width) of 0 and 1."""
         import cv2
 
         mask = np.zeros(self._behind.shape[:2], np.uint8)
         cv2.fillPoly(mask, [np.round(outline_px).astype(np.int32)], 1)
-        size = 2 * max(round(1.5 * self._px_per_mm), 2) + 1
+        size = 2 * max(round(margin_mm * self._px_per_mm), 2) + 1
         return np.asarray(cv2.dilate(mask, np.ones((size, size), np.uint8)))
 
     def _points(self, fit: _Fit) -> tuple[Floats, Floats]:
         """Places (n, 2) px of the points, and errors (draws, n, 2) that frames have in common."""
         family = self._family
         generator = np.random.default_rng(73)
-        values, vectors = np.linalg.eigh(fit.covariance)
-        spread = vectors * np.sqrt(np.maximum(values, 0.0))
+        spread = np.linalg.cholesky(fit.covariance)  # which changes little from frame to frame
         stretch = family.between(family.stretch, fit.shape)
         shift = np.cumsum(stretch / stretch.mean() - 1) * np.diff(family.stations_mm).mean()
 
         def places(unknowns: Floats, along: float = 0.0, out_mm: float = 0.0) -> Floats:
             turn = family.between(family.turn, fit.shape) + family.waves @ unknowns[FREE:]
-            line = family.line(turn, stretch * (1 + unknowns[2])) + unknowns[:2]
+            line = family.line(turn, stretch * (1 + unknowns[FREE - 1])) + unknowns[:2]
             line -= out_mm * np.column_stack([np.cos(turn), np.sin(turn)])
             at = self._at_mm - along * np.interp(self._at_mm, family.stations_mm, shift)
             x, z = (np.interp(at, family.stations_mm, each) for each in line.T)
@@ -346,7 +366,7 @@ class Silhouette:
         px = places(fit.unknowns)
         errors = []
         for _ in range(DRAWS):
-            draw = fit.unknowns + spread @ generator.standard_normal(len(values))
+            draw = fit.unknowns + spread @ generator.standard_normal(len(spread))
             along, out = generator.standard_normal(2)
             out_mm = out * POLICY.common_px / self._px_per_mm
             errors.append(places(draw, along * POLICY.along, out_mm) - px)

@@ -23,7 +23,7 @@ SHEET_EVERY_S: Final = 0.5
 LIGHT_PX: Final = 3
 """Half the side of the part of a picture whose brightness is that of a light."""
 
-BACK_POINTS: Final = 8
+BACK_POINTS: Final = 5
 """Number of points on the back of a finger without marks."""
 
 Show = Callable[[int, int], None]
