@@ -5,13 +5,13 @@ Places are x and z (mm) from the clamp, as a table has them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import ClassVar, Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from dolfingrip.channels import ANGLE, CHORD_ANGLE, TIP_X, TIP_Z, curvature, marker
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, TIP_X, TIP_Z, at_marker, curvature, marker
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.sections.fixture import Camera
 
@@ -20,6 +20,16 @@ SHEET: Final = "the printed sheet of `dolfingrip track` behind the finger"
 
 TURNS: Final = 8
 """Steps of the fixed point that finds which place is shown somewhere; each gains two digits."""
+
+
+def in_picture(names: Iterable[str]) -> list[str]:
+    """List the columns of angles and places that a picture shows, among some names.
+
+    Args:
+        names: of columns.
+    """
+    shown = {ANGLE.name, CHORD_ANGLE.name, TIP_X.name, TIP_Z.name}
+    return [name for name in names if name in shown or at_marker(name)]
 
 
 class CameraError(Effect):

@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from dolfingrip.channels import ANGLE, CHORD_ANGLE, TIME, TIP_X, TIP_Z, at_marker
-from dolfingrip.extensions.camera import CameraError
+from dolfingrip.channels import TIME
+from dolfingrip.extensions.camera import CameraError, in_picture
 from dolfingrip.extensions.effect import DirectCheck, LabNumber, Prior
 from dolfingrip.sections.fixture import Camera
 
@@ -34,7 +34,7 @@ class CameraClock(CameraError):
     told_by: ClassVar = {
         "late_s": LabNumber("camera_clock_s", 0.0, "of a camera's clock against the log's")
     }
-    replaces: ClassVar = ("angle_lag",)
+    replaces: ClassVar = ("sensor_lag",)
 
     late_s: Annotated[float, Prior(0.0, 0.3, "engineering guess")] = Field(
         0.3, ge=-1000, le=1000, description="age of what is displayed"
@@ -43,9 +43,8 @@ class CameraClock(CameraError):
     def reading(self, true: Mapping[str, np.ndarray], camera: Camera) -> Mapping[str, np.ndarray]:
         time_s = true[TIME.name]
         seen = time_s - self.late_s
-        names = {ANGLE.name, CHORD_ANGLE.name, TIP_X.name, TIP_Z.name}
         shown = {}
-        for name in [name for name in true if name in names or at_marker(name)]:
+        for name in in_picture(true):
             value = true[name]
             shown[name] = np.interp(seen, time_s, value)
             if len(value) > 1 and time_s[-1] > time_s[-2]:

@@ -17,7 +17,8 @@ from dolfingrip.extensions.effect import DirectCheck, Effect, FittedKey, Setup, 
 from dolfingrip.forms import transient_network
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.fixture import Camera
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.sections.section import FINGERS, Entry
+from dolfingrip.sections.supply import AirLine
 
 MANOMETER: Final = "a manometer at the finger's inlet, at rest and at the highest pressure"
 WEIGHT: Final = "a known weight on the load cell, and none"
@@ -155,6 +156,45 @@ class SupplyStage(Effect):
 
     kind: ClassVar = "loading"
     felt_by: ClassVar = FINGERS
+
+
+class AirLineChange(Effect):
+    """The base class of effects that change numbers of the table ``[supply]``."""
+
+    kind: ClassVar = "loading"
+    felt_by: ClassVar = FINGERS
+
+    @classmethod
+    def entry_of(cls, key: str) -> Entry:
+        """Return how a number enters: with the supply's own."""
+        return Entry.SUPPLY
+
+    @classmethod
+    def remembers(cls) -> bool:
+        """Return whether a state depends on earlier states: air that is in the line stays."""
+        return True
+
+    @classmethod
+    def possible(cls, config: Setup) -> bool:
+        """Return whether the configuration has such a supply.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        return config.supply is not None
+
+    def changes(self, supply: AirLine) -> Mapping[str, float]:
+        """Return the numbers of the supply that are others, by key.
+
+        Args:
+            supply: as configured.
+        """
+        raise NotImplementedError
+
+    def adapt[S: Setup](self, config: S) -> S:
+        """``config`` with these numbers."""
+        supply = config.supply
+        return config if supply is None else config.changed(supply=self.changes(supply))
 
 
 class Instrument(Effect):

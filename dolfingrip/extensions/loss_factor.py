@@ -10,7 +10,7 @@ import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Prior, Site
+from dolfingrip.extensions.effect import Prior, Setup, Site
 from dolfingrip.extensions.kinds import Network, Viscous
 from dolfingrip.sections.section import Ratio, Refusal
 
@@ -37,8 +37,7 @@ class LossFactor(Viscous):
     """
 
     neutral: ClassVar = {"loss_factor": 0.0}
-    tried: ClassVar = False
-    """Slow readings cannot tell it from an elastic solid."""
+    alike: ClassVar = ("lowest_Hz", "highest_Hz")
 
     loss_factor: Annotated[
         Ratio, Prior(0.12, 0.06, "cast silicones, 0.05 to 0.25", positive=True)
@@ -49,6 +48,15 @@ class LossFactor(Viscous):
     highest_Hz: Annotated[
         float, Prior(100.0, 100.0, "engineering guess: as fast as ring-downs are", positive=True)
     ] = Field(100.0, gt=0, description="frequency up to which the loss factor holds")
+
+    @classmethod
+    def possible(cls, config: Setup) -> bool:
+        """Slow readings cannot tell it from an elastic solid.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        return config.experiment.dynamic
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import ufl
 from pydantic import Field
 
-from dolfingrip.extensions.effect import DirectCheck, Effect, Prior, Site
+from dolfingrip.extensions.effect import DirectCheck, Effect, Prior, Setup, Site
 
 
 class TipMass(Effect):
@@ -26,8 +26,6 @@ class TipMass(Effect):
 
     kind: ClassVar = "set-up"
     felt_by: ClassVar = ("finger",)
-    tried: ClassVar = False
-    """Readings at rest do not tell it from a dead weight."""
     checks: ClassVar = (DirectCheck("weigh what is fixed to the tip", 2.0, {"mass_g": 0.1}),)
 
     mass_g: Annotated[
@@ -36,6 +34,15 @@ class TipMass(Effect):
     centre_mm: Annotated[float, Prior(0.0, 5.0, "engineering guess")] = Field(
         0.0, ge=-1000, le=1000, description="distance of its centre from the face, outwards"
     )
+
+    @classmethod
+    def possible(cls, config: Setup) -> bool:
+        """Readings at rest do not tell it from a dead weight.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        return config.experiment.dynamic
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         mass_t = 1e-6 * site.constant(self, "mass_g")

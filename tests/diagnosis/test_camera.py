@@ -128,11 +128,11 @@ def test_a_camera_is_in_the_place_of_a_sensor(tmp_path: Path) -> None:
         measurement = read([written(tmp_path, rows, toml)], config)
         names[toml] = {cause.name: cause for cause in unknowns(measurement, config)}
     sensor, camera = names.values()
-    assert {"angle_gain", "angle_offset", "angle_lag"} <= sensor.keys()
+    assert {"angle_gain", "angle_offset", "sensor_lag"} <= sensor.keys()
     assert not any(name.startswith("camera") for name in sensor)
     assert {name for name in camera if name.startswith("camera")} == {"camera_tilt", "camera_zero"}
     assert not {"angle_gain", "angle_offset"} & camera.keys()
-    assert "angle_lag" in camera
+    assert "sensor_lag" in camera
     (zero,) = camera["camera_zero"].numbers
     assert zero.prior.spread == pytest.approx(4 * 0.2)
     with pytest.raises(ConfigError, match="--effects angle_gain: allowed: camera_tilt"):

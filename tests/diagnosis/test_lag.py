@@ -35,7 +35,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     way = {"time_s": TIMES_s, "pressure_kPa": PRESSURES_kPa, "branch": BRANCHES}
-    late = small.short(*small.FEW, "plate.gap_mm=0.1", f"extensions.angle_lag.tau_s={TAU_S}")
+    late = small.short(*small.FEW, "plate.gap_mm=0.1", f"extensions.sensor_lag.tau_s={TAU_S}")
     lines = ["experiment,branch,time_s,pressure_kPa,angle_deg,force_N"]
     for name in experiments:
         column = "angle_deg" if name == "bending" else "force_N"
@@ -47,7 +47,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
             entry = f"{value:.6f}," if column == "angle_deg" else f",{value:.6f}"
             lines.append(f"{name},{branch},{time_s},{pressure},{entry}")
     file = written(folder, "\n".join(lines) + "\n", TOLD)
-    settings = DiagnosisSettings(effects=("angle_lag", "line_lag", "angle_gain"))
+    settings = DiagnosisSettings(effects=("sensor_lag", "line_lag", "angle_gain"))
     config = small.short(*small.FEW)
     return diagnose_measurement(read([file], config), config, Here(store), settings)
 
@@ -57,7 +57,7 @@ def test_a_force_that_is_on_time_tells_the_sensor(tmp_path: Path, store: Path) -
     """The constant within its interval, as it was hidden."""
     found = diagnosed(tmp_path, store, "bending", "blocked_force")
     decision = found.decision
-    assert (decision.answer, decision.first, decision.second) == ("cause", ("angle_lag",), ())
+    assert (decision.answer, decision.first, decision.second) == ("cause", ("sensor_lag",), ())
     assert decision.probability > 0.95
     (tau,) = (each for each in found.numbers(decision.best) if each.key.endswith("tau_s"))
     print(tau)
@@ -71,4 +71,4 @@ def test_angles_alone_do_not(tmp_path: Path, store: Path) -> None:
     found = diagnosed(tmp_path, store, "bending")
     print(found.decision.first, found.decision.inclusion)
     assert found.decision.answer == "cause"
-    assert {*found.decision.first} == {"angle_lag", "line_lag"}
+    assert {*found.decision.first} == {"sensor_lag", "line_lag"}

@@ -63,7 +63,7 @@ def along(
         ("bending", ("extensions.gravity_pitch.pitch_deg=-40", *TO_50_kPa, *FEW,
                      *differences.INSTRUMENTS[:3]), ELASTIC),
         ("blocked_force", (*differences.BLOCKED, *differences.COMPLIANT), ELASTIC),
-        ("bending", ("extensions.prony={}", "extensions.line_lag={}", "extensions.angle_lag={}",
+        ("bending", ("extensions.prony={}", "extensions.line_lag={}", "extensions.sensor_lag={}",
                      *FEW, *differences.CYCLES), LASTING),
         ("blocked_force", ("extensions.plate_friction={}", "plate.tilt_deg=5",
                            *FEW, *differences.CYCLES), LASTING),

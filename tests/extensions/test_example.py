@@ -46,8 +46,8 @@ def test_effects_act_in_their_order() -> None:
          "temperature_drift"),
         ("wall_offset", "coarse_mesh", "locking"),
         ("pressure_gain", "pressure_offset", "line_lag"),
-        ("force_gain", "force_offset", "force_drift"),
-        ("angle_definition", "angle_gain", "angle_lag", "angle_offset"),
+        ("force_gain", "force_offset", "zero_drift"),
+        ("angle_definition", "angle_gain", "sensor_lag", "angle_offset"),
     )  # fmt: skip
     for order in orders:
         places = [NAMES.index(name) for name in order]

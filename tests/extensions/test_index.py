@@ -8,6 +8,7 @@ from support import trial
 
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
+from dolfingrip.extensions.density import BodyDensity
 from dolfingrip.extensions.effect import (
     Adapting,
     Displaying,
@@ -18,6 +19,7 @@ from dolfingrip.extensions.effect import (
     Uneven,
 )
 from dolfingrip.extensions.index import EFFECTS, NAMES
+from dolfingrip.extensions.kinds import AirLineChange
 from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.extensions.plate_friction import PlateFriction
 from dolfingrip.extensions.tip_mass import TipMass
@@ -26,8 +28,11 @@ from dolfingrip.parameter.search import PRINTED_MPa, scaled_priors
 OF_CONTACT = (BellowsFriction, NoSelfContact)
 """Tested where bellows touch: ``test_bellows_friction.py``, ``test_setup.py``."""
 
-OF_WEIGHT = (TipMass,)
+OF_WEIGHT = (TipMass, BodyDensity)
 """Felt under gravity and in motion: ``mechanics/test_inertia.py``."""
+
+OF_SUPPLY = tuple(effect for effect in EFFECTS if issubclass(effect, AirLineChange))
+"""Felt where air flows through a line: ``test_air_line.py``."""
 
 NO_FORMS = (BellowsFriction, PlateFriction)
 """With a term of their own: ``test_contact_friction.py``, ``test_plate_friction.py``."""
@@ -128,7 +133,7 @@ def test_two_cycles_without_a_failed_step(effect: type[Effect], base: Result) ->
     assert found.column("cycle").max() == 2
     # one load step for each reading: none was cut
     assert found.column("load_steps").max() == 1
-    if effect in (*OF_CONTACT, *OF_WEIGHT):
+    if effect in (*OF_CONTACT, *OF_WEIGHT, *OF_SUPPLY):
         return
     changes = [
         np.abs(found.column(name) - base.column(name)).max() / np.abs(base.column(name)).max()

@@ -24,7 +24,7 @@ def shown(*overrides: str) -> dict[str, float]:
 
 
 def test_force() -> None:
-    found = shown("force_drift.rate_N_per_s=0.01", "force_offset.offset_N=0.1", "force_gain.gain=2")
+    found = shown("zero_drift.force_N_per_s=0.01", "force_offset.offset_N=0.1", "force_gain.gain=2")
     # the gain comes first: what is added is added to the displayed force
     assert found["force_N"] == pytest.approx(2 * 2.0 + 0.1 + 0.01 * 30)
     assert found["angle_deg"] == 40.0
@@ -44,14 +44,14 @@ def test_an_angle_that_lags() -> None:
     ramp, wait = np.array([0.2, 1.0, 2.5]), np.array([2.5, 3.0, 6.0])
     time_s = np.concatenate([[0.0], ramp, wait])
     true = {"time_s": time_s, "angle_deg": rate * np.minimum(time_s, 2.5)}
-    settings = config.load(None, assignments([f"extensions.angle_lag.tau_s={tau}"]))
+    settings = config.load(None, assignments([f"extensions.sensor_lag.tau_s={tau}"]))
     found = settings.extensions.displayed(true)["angle_deg"]
     behind = rate * tau * (1 - np.exp(-ramp / tau))
     np.testing.assert_allclose(found[1:4], rate * ramp - behind, rtol=1e-12)
     np.testing.assert_allclose(found[4:], 10 - behind[-1] * np.exp((2.5 - wait) / tau), rtol=1e-12)
     assert found[0] == 0.0
     offset = config.load(
-        None, assignments(["extensions.angle_lag.tau_s=0", "extensions.angle_offset.offset_deg=1"])
+        None, assignments(["extensions.sensor_lag.tau_s=0", "extensions.angle_offset.offset_deg=1"])
     )
     np.testing.assert_array_equal(
         offset.extensions.displayed(true)["angle_deg"], true["angle_deg"] + 1
@@ -59,18 +59,18 @@ def test_an_angle_that_lags() -> None:
 
 
 def test_the_rig_shows_an_angle_that_lags() -> None:
-    """A cycle against its own readings without the lag; force and tip as they are."""
+    """A cycle against its own readings without the lag; the force as it is."""
     cycle = ("protocol.time_s=[0, 0.1, 0.2, 0.9, 1.0]", "protocol.pressure_kPa=[0, 10, 20, 20, 0]")
     quick = ("plate.gap_mm=0.1", *cycle)
     base = run("blocked_force", small.short(*quick))
-    late = run("blocked_force", small.short(*quick, "extensions.angle_lag.tau_s=0.3"))
-    settings = config.load(None, assignments(["extensions.angle_lag.tau_s=0.3"]))
-    true = {name: base.column(name) for name in ("time_s", "angle_deg")}
-    found, off = late.column("angle_deg"), base.column("angle_deg")
-    np.testing.assert_allclose(found, settings.extensions.displayed(true)["angle_deg"], rtol=1e-12)
-    assert np.abs(found - off).max() > 0.1 * np.abs(off).max()
-    for name in ("force_N", "tip_x_mm"):
-        np.testing.assert_array_equal(late.column(name), base.column(name))
+    late = run("blocked_force", small.short(*quick, "extensions.sensor_lag.tau_s=0.3"))
+    settings = config.load(None, assignments(["extensions.sensor_lag.tau_s=0.3"]))
+    true = {name: base.column(name) for name in ("time_s", "angle_deg", "tip_x_mm")}
+    for name in ("angle_deg", "tip_x_mm"):
+        found, off = late.column(name), base.column(name)
+        np.testing.assert_allclose(found, settings.extensions.displayed(true)[name], rtol=1e-12)
+        assert np.abs(found - off).max() > 0.1 * np.abs(off).max()
+    np.testing.assert_array_equal(late.column("force_N"), base.column("force_N"))
 
 
 def test_pressure_offset_is_there_from_the_start() -> None:

@@ -41,7 +41,7 @@ ELASTIC = (
 )  # fmt: skip
 INSTRUMENTS = (
     "extensions.angle_definition={}", "extensions.angle_gain={}", "extensions.angle_offset={}",
-    "extensions.force_gain={}", "extensions.force_offset={}", "extensions.force_drift={}",
+    "extensions.force_gain={}", "extensions.force_offset={}", "extensions.zero_drift={}",
 )  # fmt: skip
 LASTING = (
     "extensions.prony={}", "extensions.mullins={}", "extensions.permanent_set={}",

@@ -72,7 +72,7 @@ CASES: dict[str, tuple[str, tuple[str, ...]]] = {
          "extensions.plate_gap={}", "extensions.plate_tilt.offset_deg=2",
          "extensions.pressure_gain.gain=1.02", "extensions.pressure_offset.offset_kPa=2",
          "extensions.angle_definition={}", "extensions.angle_gain.gain=1.02",
-         "extensions.force_offset.offset_N=0.02", "extensions.force_drift.rate_N_per_s=1e-4"),
+         "extensions.force_offset.offset_N=0.02", "extensions.zero_drift.force_N_per_s=1e-4"),
     ),
     "numerical": (
         "bending",

@@ -16,6 +16,7 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation import stops
+from dolfingrip.diagnosis.simulation.simulated import moves
 from dolfingrip.files.diagnosis import PlannedTest
 
 STOPS: Final = 10
@@ -79,8 +80,11 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
         config: the model that is diagnosed.
 
     Returns:
-        The experiments, each as a measurement whose readings are 0.
+        The experiments, each as a measurement whose readings are 0; none where a body moves, whose
+        records are not planned yet.
     """
+    if any(map(moves, measurement.applied(config))):
+        return []
     additions: list[Proposal] = []
     finger = next((t for t in measurement.tests if t.experiment != "coupon"), None)
     coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)

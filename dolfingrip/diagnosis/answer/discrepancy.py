@@ -8,7 +8,8 @@ mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE 
 exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the process is 0 at rest,
 is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
 without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
-little of it. Readings of another channel or another protocol have their own.
+little of it. A body that moves goes on while the load rests: there s grows by 1 in a record's time.
+Readings of another channel or another protocol have their own.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from numpy.polynomial import chebyshev
 
 from dolfingrip.diagnosis.data.measurement import largest
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.diagnosis.simulation.simulated import moves
 from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 
@@ -69,8 +71,11 @@ def lying(simulation: Simulator) -> Along:
         by = coupon.gauge_length_mm if test.experiment == "coupon" else 1.0
         load[of[test.number]] = rows[test.control].to_numpy()[of[test.number]] / by
     load /= largest(load, rows["experiment"].to_numpy())
-    for mine in of.values():
-        path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine], measurement.policy)
+    time_s = rows["time_s"].to_numpy()
+    for number, mine in of.items():
+        path[mine] = path_of(load[mine], time_s[mine], measurement.policy)
+        if moves(measurement.tests[number].applied(simulation.config)):
+            path[mine] += (time_s[mine] - time_s[mine][0]) / max(np.ptp(time_s[mine]), 1e-12)
     group = {test: place for place, part in enumerate(simulation.groups) for test in part.tests}
     block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
     size = np.sqrt((listed["value"] ** 2).groupby(block).transform("mean"))

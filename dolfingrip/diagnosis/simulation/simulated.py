@@ -37,7 +37,8 @@ class SimulationGroup:
         config: the configuration with their set-up.
         tests: numbers of the tests.
         curve: one elastic curve, shared by all tests of this set-up, however they went; None where
-            cavities have supplies of their own, as no single pressure tells the state then.
+            cavities have supplies of their own, as no single pressure tells the state then, and
+            where time tells it: with inertia, or a supply of air.
         in_time: the way these tests went.
         settled: the same without cycles that go as the one before them, which is read again.
     """
@@ -66,6 +67,15 @@ def path_independent(config: Config) -> bool:
     return not any(effect.follows_path() for effect in config.extensions.active())
 
 
+def moves(config: Config) -> bool:
+    """Tell whether a body goes on while the control rests: by inertia, or as its air flows.
+
+    Args:
+        config: with its set-up.
+    """
+    return config.experiment.dynamic or config.supply is not None
+
+
 def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     """The groups of a measurement's tests, in their order.
 
@@ -90,20 +100,21 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     for of_setup in _together(measurement.tests, same_setup):
         first = of_setup[0]
         control = CONTROL[first.experiment]
-        curve = None
-        if not first.supplies:
+        curve, moving = None, moves(applied[first.number])
+        if not (first.supplies or moving):
             curve = stops.elastic([ways[test.number] for test in of_setup], control)
         for part in _together(of_setup, same_way):
             tests = tuple(test.number for test in part)
             led = [ways[number] for number in tests]
+            at_rows = stops.moment_by_moment(led, control) if moving else None
             parts.append(
                 SimulationGroup(
                     first.experiment,
                     applied[tests[0]],
                     tests,
                     curve and _of(curve, measurement, tests),
-                    stops.in_time(led, control),
-                    stops.in_time(led, control, settles=True),
+                    at_rows or stops.in_time(led, control),
+                    at_rows or stops.in_time(led, control, settles=True),
                 )
             )
     return parts

@@ -444,6 +444,35 @@ def in_time(
     return StopSchedule(control, time_s, value, cycle, branch, tuple(legs), named)
 
 
+def moment_by_moment(tests: Sequence[Sequence[ControlSegment]], control: str) -> StopSchedule:
+    """Each row of the test with most rows as a stop, so that motion is read by its time alone.
+
+    For fingers with inertia or a supply of air, which move while the control rests.
+
+    Args:
+        tests: segments of each; all have to be alike.
+        control: column of the experiment's control; others are supplies of single cavities.
+    """
+    longest = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
+    stops: list[NominalStop] = []
+    for segment in longest:
+        after_s = stops[-1].time_s if stops else -math.inf
+        rows = [
+            NominalStop(float(time_s), float(value), segment.cycle, segment.branch)
+            for time_s, value in zip(segment.time_s, segment.value, strict=True)
+            if time_s > after_s
+        ]
+        stops += segment.led(rows, stops[-1] if stops else None)
+    time_s, _, cycle, branch, every = zip(*stops, strict=True)
+    series = {name: tuple(values[name] for values in every) for name in every[0]}
+    parts = [segment for test in tests for segment in test]
+    rows_at = np.concatenate([segment.time_s for segment in parts])
+    rows = np.concatenate([segment.rows for segment in parts])
+    policy = longest[0].policy
+    leg = StopInterpolant(np.arange(len(stops)), np.array(time_s), rows, rows_at, policy)
+    return StopSchedule(control, time_s, series.pop(control), cycle, branch, (leg,), series)
+
+
 def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
     """Segments of cycles that go as the one before them did, where that was not the first so far.
 

@@ -156,7 +156,7 @@ def test_an_angle_that_lags_is_the_filtered_curve(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations in time; nothing else is changed, and nothing is simulated for it."""
-    where = point(simulation, 1.0, "angle_lag", 1.0)
+    where = point(simulation, 1.0, "sensor_lag", 1.0)
     angles = of(measurement, "bending")
     there = one(measurement, store, {**simulation.flat, **where.change(finger())}).readings
     plain = simulation.plain(replace(where, causes=())).told[0, :, 0]
@@ -169,7 +169,7 @@ def test_an_angle_that_lags_is_the_filtered_curve(
     forces = of(measurement, "blocked_force", "force_N")
     np.testing.assert_allclose(own[forces], 0.0, atol=1e-9)
     more, less = simulation.at(
-        [point(simulation, 1.0, "angle_lag", 1.0 + h) for h in (0.01, -0.01)]
+        [point(simulation, 1.0, "sensor_lag", 1.0 + h) for h in (0.01, -0.01)]
     )
     assert more is not None
     assert less is not None
