@@ -98,9 +98,11 @@ def test_a_silicone_is_a_far_softer_material(store: Path, tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_other_rates_and_waits_would_tell_them_apart(printed: Delivered) -> None:
-    splitting = {each.name for each in printed.result.next_experiments if each.splits}
-    assert "a coupon at a tenth of the rate" in splitting
-    assert "a coupon with a hold of 60 s at the largest strain" in splitting
+    """Not all: elastic laws stay together where another specimen's stiffness is what they miss."""
+    chances = {each.name: each.chance for each in printed.result.next_experiments}
+    assert chances["a coupon at a tenth of the rate"] > 0.75
+    assert chances["a coupon with a hold of 60 s at the largest strain"] > 0.75
+    assert chances["a coupon in uniaxial tension; a camera measures its width, too"] < 0.5
 
 
 @pytest.mark.slow

@@ -117,7 +117,30 @@ def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance:
         measurement, noise, np.diag(noise**2), np.array([0.6, 0.4]), laws(x),
         elastic=frozenset({"yeoh", "ogden"} if elastic else ()),
     )  # fmt: skip
-    weighed = comparison.worth(addition, laws(more), np.diag(noise**2), 0.0)
+    weighed = comparison.worth(addition, laws(more), np.diag(noise**2), 0.0, 0.0)
+    assert weighed.chance == pytest.approx(chance)
+
+
+@pytest.mark.parametrize(("shared", "chance"), [(0.0, 1.0), (0.2, 0.0)])
+def test_what_another_specimen_may_do_tells_no_law(shared: float, chance: float) -> None:
+    """A tenth of x² beside a law misses a hundredth, unless a specimen's own fifth takes it up."""
+    x = np.linspace(0, 1.0, 15)
+
+    def laws(more: float) -> list[Rival]:
+        curves = [x, x + 0.01 * x**3 + more * x**2]
+        return [Rival(np.ones(1), curve, x[:, None], frozenset({name}), own=1)
+                for curve, name in zip(curves, ("yeoh", "ogden"), strict=True)]  # fmt: skip
+
+    addition: Any = SimpleNamespace(
+        name="another", minutes=15.0, tests=(), quantities=(), columns=["force_N"] * 15
+    )
+    noise = 1e-5 * np.ones(15)
+    comparison = Comparison(
+        pulled([("loading", 1)], 0.5, x[1:]), noise, np.diag(noise**2), np.array([0.6, 0.4]),
+        laws(0.0), elastic=frozenset({"yeoh", "ogden"}),
+    )  # fmt: skip
+    between = shared**2 * np.outer(x**2, x**2)
+    weighed = comparison.worth(addition, laws(0.1), np.diag(noise**2), between, 0.0)
     assert weighed.chance == pytest.approx(chance)
 
 

@@ -103,6 +103,10 @@ def test_every_further_measurement_is_made_as_it_is_told(
                 assert np.asarray(shown) == pytest.approx(np.asarray(value))
     together = read(laboratory.write(tmp_path), laboratory.config)
     assert keys(together, laboratory.config)
+    again = {proposal.name for proposal in proposals(together, laboratory.config)}
+    done = {proposal.name for proposal in every if proposal.kind in {"cycles", "hold", "tip"}}
+    assert again
+    assert again.isdisjoint(done)
 
 
 def test_every_check_reads_a_hidden_number_and_is_told(

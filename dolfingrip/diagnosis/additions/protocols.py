@@ -80,8 +80,8 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
         config: the model that is diagnosed.
 
     Returns:
-        The experiments, each as a measurement whose readings are 0; none where a body moves, whose
-        records are not planned yet.
+        Those that were not made yet, each as a measurement whose readings are 0; none where a body
+        moves, whose records are not planned yet.
     """
     if any(map(moves, measurement.applied(config))):
         return []
@@ -96,7 +96,26 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
     elif finger is not None:
         new = replace(finger, experiment="coupon", setup=LabSetup(), specimen="coupon")
         additions += _coupons(measurement, new, config, new=True)
-    return additions
+    return [proposal for proposal in additions if not _made(measurement, proposal, config)]
+
+
+def _made(measurement: Measurement, proposal: Proposal, config: Config) -> bool:
+    """Tell whether tests of the same way, size and duration have read all that is proposed."""
+
+    def led(of: Measurement, test: SpecimenTest) -> tuple[Any, np.ndarray, set[str]]:
+        rows = of.rows(test.number)
+        legs = tuple(dict.fromkeys(zip(rows["branch"], rows["cycle"], strict=True)))
+        sizes = np.array([rows[test.control].max(), np.ptp(rows["time_s"])])
+        read = {name for name in of.columns if rows[name].notna().any()}
+        return (test.experiment, test.applied(config), legs), sizes, read
+
+    before = [led(measurement, test) for test in measurement.tests]
+    planned = [led(proposal.measurement, test) for test in proposal.measurement.tests]
+    alike = measurement.policy.alike
+    return all(
+        any(way == w and read <= r and np.allclose(sizes, s, rtol=alike) for w, s, r in before)
+        for way, sizes, read in planned if read
+    )  # fmt: skip
 
 
 def _of_finger(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:

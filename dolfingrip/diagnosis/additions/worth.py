@@ -85,6 +85,7 @@ class Expected:
         noise: np.ndarray | None = None,
         least: float = Policy().visible,
         columns: np.ndarray | None = None,
+        alone: np.ndarray | None = None,
     ) -> Expected:
         """From the readings of each fit.
 
@@ -95,7 +96,10 @@ class Expected:
             least: length of a change below which nothing can be seen.
             columns: channel of each reading, shape (n,), empty of one that is of no channel; all
                 are of one where None.
+            alone: standard deviation of each reading that no other shares, which a verdict leaves
+                to what laws miss, shape (n,); by the covariance where None.
         """
+        alone = np.sqrt(np.diag(covariance)) if alone is None else alone
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
         misfit = np.zeros((len(fits), len(fits)))
@@ -108,7 +112,7 @@ class Expected:
         for j, other in enumerate(fits):
             lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
-            stays = (covariance @ cho_solve((lower, True), off))[shown]
+            stays = (alone[:, None] ** 2 * cho_solve((lower, True), off))[shown]
             missed[:, j] = np.sqrt(np.square(stays / by).mean(axis=0))
             pull = (other.slopes @ other.zeta)[:, None]
             white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
@@ -205,7 +209,13 @@ class Comparison:
     def now(self) -> Expected:
         """Expected evidence of the readings so far."""
         least = self.policy.visible
-        return Expected.of(self.here, self.covariance, self.noise, least, self.columns)
+        alone = self._alone
+        return Expected.of(self.here, self.covariance, self.noise, least, self.columns, alone)
+
+    @property
+    def _alone(self) -> np.ndarray:
+        """Standard deviation of each reading so far that no other shares, (n + m,)."""
+        return np.append(self.noise, np.sqrt(np.diag(self.covariance))[len(self.noise) :])
 
     @cached_property
     def apart(self) -> np.ndarray:
@@ -231,7 +241,8 @@ class Comparison:
         self,
         addition: Proposal | NumberCheck,
         after: Sequence[Rival],
-        covariance: np.ndarray,
+        errors: np.ndarray,
+        shared: float | np.ndarray,
         cross: float | np.ndarray,
         unseen: bool | np.ndarray = False,
     ) -> NextExperiment:
@@ -240,14 +251,15 @@ class Comparison:
         Args:
             addition: what is measured.
             after: each hypothesis at the addition's m readings.
-            covariance: that of these readings, shape (m, m).
+            errors: covariance of these readings by what no other shares, shape (m, m).
+            shared: that by all else, shape (m, m).
             cross: covariance of the readings so far and these, shape (n, m).
             unseen: pairs that differ in what the readings do not show, shape (effects, effects);
                 one value for all pairs will do.
         """
-        between = np.zeros((len(self.covariance), len(covariance)))
+        between = np.zeros((len(self.covariance), len(errors)))
         between[: len(self.noise)] = cross
-        joint = np.block([[self.covariance, between], [between.T, covariance]])
+        joint = np.block([[self.covariance, between], [between.T, errors + shared]])
         together = [
             replace(
                 a,
@@ -257,7 +269,8 @@ class Comparison:
             for a, b in zip(self.here, after, strict=True)
         ]
         columns = np.append(self.columns, addition.columns)
-        then = Expected.of(together, joint, self.noise, self.policy.visible, columns)
+        alone = np.append(self._alone, np.sqrt(np.diag(errors)))
+        then = Expected.of(together, joint, self.noise, self.policy.visible, columns, alone)
         alike = self._alike(then)
         apart = told_apart(
             self.probability, self.now, then, np.asarray(unseen) | alike, self.policy

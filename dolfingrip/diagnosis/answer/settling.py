@@ -131,8 +131,8 @@ def _tested(
     seen = shows_memory(analysis.measurement, proposal.measurement)
     remembers = np.array([any(map(remembers_state, rival.acting)) for rival in after])
     unseen = (remembers[:, None] != remembers) & (not seen)
-    covariance = comparison.errors(proposal, after[0].readings) + shared
-    return comparison.worth(proposal, after, covariance, cross, unseen)
+    errors = comparison.errors(proposal, after[0].readings)
+    return comparison.worth(proposal, after, errors, shared, cross, unseen)
 
 
 def _checked(
@@ -142,13 +142,14 @@ def _checked(
     after = [_checked_rival(analysis, check, fit) for fit in fits]
     if not any(rival.slopes.any() for rival in after):
         return None
-    covariance = np.diag(np.square(check.std))
+    errors = np.diag(np.square(check.std))
+    shared = np.zeros_like(errors)
     cross = np.zeros((len(analysis.problem.value), len(check.std)))
     for nuisance in analysis.errors.shared:
         read = check.read(changes(analysis.applied, nuisance.name, nuisance.std))
-        covariance += np.outer(read, read)
+        shared += np.outer(read, read)
         cross += np.outer(nuisance.change, read)
-    return comparison.worth(check, after, covariance, cross)
+    return comparison.worth(check, after, errors, shared, cross)
 
 
 def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival:
