@@ -83,7 +83,7 @@ class CouponSimulation:
     def base(self) -> ModelReadings:
         """The model as configured."""
         shown = self._displayed({}, self._plain)[0]
-        return ModelReadings(shown, self._read(self._plain, derivative=1)[0], {})
+        return ModelReadings(shown, self._read(self._plain, derivative=1)[0])
 
     @property
     def configured(self) -> np.ndarray:
