@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -43,7 +43,6 @@ class Analysis[S: Simulator]:
         simulation: of the model.
         unseen: causes that no reading feels.
         failed: why others could not be simulated, by name.
-        not_reached: tests with readings that the model does not reach, and why.
         not_tried: causes that nothing is known of yet.
     """
 
@@ -52,9 +51,8 @@ class Analysis[S: Simulator]:
     errors: Errors
     simulation: S
     unseen: Sequence[str]
-    failed: Mapping[str, str] = field(default_factory=dict)
-    not_reached: Sequence[str] = ()
-    not_tried: Sequence[str] = ()
+    failed: Mapping[str, str]
+    not_tried: Sequence[str]
 
     @property
     def closed_form(self) -> bool:
