@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import Subset
 from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, joined
-from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.extensions.effect import Energetic
@@ -75,10 +75,10 @@ class CouponSimulation:
         return self._solved({}, {})
 
     @cached_property
-    def base(self) -> ModelReadings:
+    def base(self) -> SimulatedReadings:
         """The model as configured."""
         shown = self._displayed({}, self._plain)[0]
-        return ModelReadings(shown, self._read(self._plain, derivative=1)[0])
+        return SimulatedReadings(shown, self._read(self._plain, derivative=1)[0], self.measurement)
 
     @property
     def configured(self) -> np.ndarray:

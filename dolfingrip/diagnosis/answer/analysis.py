@@ -252,19 +252,13 @@ class Analysis[S: Simulator]:
         anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
         changes = {nuisance.name: nuisance.change for nuisance in anew}
         (columns,) = tangents.told
-        slopes = np.zeros((len(columns), len(fit.zeta)))
-        at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
-        for place, (number, zeta), slope in zip(
-            at, self._solid(fit), columns[:, 1:].T, strict=True
-        ):
-            slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
+        numbers = zip(problem.unknowns(fit.subset), fit.zeta, strict=True)
+        slopes = np.array([number.coordinate(np.array(zeta))[1] for number, zeta in numbers])
+        slopes = np.tile(slopes, (len(columns), 1))
+        slopes[:, np.r_[:count, problem.nuisance_count : len(fit.zeta)]] *= columns[:, 1:]
         for place in range(count, problem.nuisance_count):
             slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
         return columns[:, 0], slopes
-
-    def _solid(self, fit: MapFit) -> list[tuple[Unknown, float]]:
-        """Numbers that simulations are functions of, and ζ at a fit."""
-        return [(self.problem.factor, float(fit.zeta[0])), *self.point(fit).numbers]
 
     def covariances(
         self, addition: Proposal, readings: np.ndarray

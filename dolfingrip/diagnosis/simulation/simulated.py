@@ -10,7 +10,7 @@ slopes.slopes["material.mu_MPa"]   # (n,)
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
@@ -38,8 +38,9 @@ class SimulationGroup:
         experiment: its name.
         config: the configuration with their set-up.
         tests: numbers of the tests.
-        curve: one elastic curve, shared by all tests of this set-up, however they went; None where
-            cavities have supplies of their own, as no single pressure tells the state then.
+        curve: one elastic curve, shared by all tests of this set-up, however they went, with the
+            rows of all of them; None where cavities have supplies of their own, as no single
+            pressure tells the state then.
         in_time: the way these tests went.
         settled: the same without cycles that go as the one before them, which is read again.
     """
@@ -112,7 +113,7 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
                     first.experiment,
                     applied[tests[0]],
                     tests,
-                    curve and _of(curve, measurement, tests),
+                    curve,
                     stops.in_time(led, control),
                     stops.in_time(led, control, settles=True),
                 )
@@ -132,16 +133,6 @@ def _together(
         else:
             part.append(test)
     return parts
-
-
-def _of(route: StopSchedule, measurement: Measurement, tests: Sequence[int]) -> StopSchedule:
-    """``route`` with the rows of these tests alone."""
-    belongs = measurement.readings["test"].to_numpy()
-    legs = []
-    for leg in route.legs:
-        mine = np.isin(belongs[leg.rows], tests)
-        legs.append(replace(leg, rows=leg.rows[mine], rows_at=leg.rows_at[mine]))
-    return replace(route, legs=tuple(legs))
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,30 +200,21 @@ class SimulatedGroup:
 
 
 @dataclass(frozen=True, eq=False)
-class ModelReadings:
+class SimulatedReadings:
     """The readings of a measurement as a model has them.
 
     Attributes:
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
         by_control: (n,) derivative of the reading by the control, for each kPa or mm; 0 in waits of
             models with memory.
+        measurement: the readings that were measured.
+        runs: all simulations; none where they are a closed form.
     """
 
     readings: np.ndarray
     by_control: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class SimulatedReadings(ModelReadings):
-    """The readings of a measurement as one variant has them.
-
-    Attributes:
-        measurement: the readings that were measured.
-        runs: all simulations.
-    """
-
     measurement: Measurement
-    runs: Sequence[SimulatedGroup]
+    runs: Sequence[SimulatedGroup] = ()
 
     @classmethod
     def of(cls, measurement: Measurement, runs: Sequence[SimulatedGroup]) -> SimulatedReadings:

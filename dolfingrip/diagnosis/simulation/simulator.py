@@ -17,7 +17,7 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, SimulationGroup
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class Simulator(Protocol):
         """Tests that are simulated together."""
 
     @property
-    def base(self) -> ModelReadings:
+    def base(self) -> SimulatedReadings:
         """The model without causes."""
 
     @property

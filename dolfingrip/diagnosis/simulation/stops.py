@@ -28,8 +28,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -38,7 +36,8 @@ from scipy.interpolate import CubicSpline
 from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.diagnosis.data.motion import farthest, smallest_change
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.sections.procedure import branch_of
+from dolfingrip.experiments.protocol import Stop
+from dolfingrip.sections.procedure import Branch, branch_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,22 +203,6 @@ class StopSchedule:
         return readings
 
 
-class NominalStop(NamedTuple):
-    """Where a test is simulated.
-
-    Attributes:
-        time_s, cycle, branch: of the stop.
-        value: of the control that leads its segment.
-        controls: values of all controls, by column.
-    """
-
-    time_s: float
-    value: float
-    cycle: int
-    branch: str
-    controls: Mapping[str, float] = MappingProxyType({})
-
-
 @dataclass(frozen=True, slots=True)
 class ControlSegment:
     """Successive rows of a test in one branch of one cycle.
@@ -242,7 +225,7 @@ class ControlSegment:
     """
 
     cycle: int
-    branch: str
+    branch: Branch
     rows: np.ndarray
     time_s: np.ndarray
     value: np.ndarray
@@ -256,9 +239,7 @@ class ControlSegment:
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
     policy: Policy = Policy()
 
-    def led(
-        self, stops: Sequence[NominalStop], before: NominalStop | None
-    ) -> Iterator[NominalStop]:
+    def led(self, stops: Sequence[Stop], before: Stop | None) -> Iterator[Stop]:
         """Stops of it with the values of all controls, straight in time from one row to the next.
 
         Args:
@@ -270,11 +251,11 @@ class ControlSegment:
         for stop in stops:
             others = {
                 name: float(
-                    np.interp(stop.time_s, time_s, [*(s.controls[name] for s in start), *values])
+                    np.interp(stop.time_s, time_s, [*(s.others[name] for s in start), *values])
                 )
                 for name, values in self.others.items()
             }
-            yield stop._replace(controls={self.lead: stop.value, **others})
+            yield replace(stop, others={self.lead: stop.value, **others})
 
     @property
     def end(self) -> float:
@@ -343,7 +324,7 @@ def segments(
         side = led[-1] if branch[a] == "loading" else value[max(a - 1, 0)]
         pieces.append(
             ControlSegment(
-                int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], led, size, sigma,
+                int(cycle[a]), branch[a], places[a:b], time_s[a:b], led, size, sigma,
                 rounds_by, jump, lead=controls[lead], below=bool(side < -jump), others=others,
                 policy=policy,
             )
@@ -409,7 +390,7 @@ def in_time(
     longest = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
     beside = sorted({longest[0].lead, *longest[0].others} - {control})
     again = _settled(longest) if settles and not longest[0].others else {}
-    stops: list[NominalStop] = []
+    stops: list[Stop] = []
     legs: list[StopInterpolant] = []
     for i, segment in enumerate(longest):
         same = [test[i] for test in tests]
@@ -418,7 +399,7 @@ def in_time(
             places = legs[again[i]].stops
         else:
             last = stops[-1] if stops else None
-            before = last and last._replace(value=last.controls[segment.lead])
+            before = last and replace(last, value=last.others[segment.lead])
             back = _back(segment, before)
             before = back[-1] if back else before
             first = len(stops) + len(back)
@@ -435,13 +416,15 @@ def in_time(
             rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
         else:
             rows_at = np.concatenate([part.value for part in same])
-            at = np.array([stop.controls[segment.lead] for stop in on_leg])
+            at = np.array([stop.others[segment.lead] for stop in on_leg])
         rows = np.concatenate([part.rows for part in same])
         legs.append(StopInterpolant(places, at, rows, rows_at, segment.policy))
-    time_s, _, cycle, branch, every = zip(*stops, strict=True)
-    value, *others = (tuple(values[name] for values in every) for name in (control, *beside))
-    named = dict(zip(beside, others, strict=True))
-    return StopSchedule(control, time_s, value, cycle, branch, tuple(legs), named)
+    value, *others = (tuple(stop.others[name] for stop in stops) for name in (control, *beside))
+    return StopSchedule(
+        control, tuple(stop.time_s for stop in stops), value,
+        tuple(stop.cycle for stop in stops), tuple(stop.branch for stop in stops), tuple(legs),
+        dict(zip(beside, others, strict=True)),
+    )  # fmt: skip
 
 
 def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
@@ -481,17 +464,17 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
     return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
 
 
-def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+def _back(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """The way back from the stop before to where a ramp begins, if nothing was read along it."""
     way, apart = segment.way, segment.size / segment.policy.most_stops
     start = meant_end(float(segment.value[0]), apart, segment.rounds_by, segment.policy)
     if before is None or way * (start - before.value) >= -segment.jump:
         return []
     time_s = max(float(segment.time_s[0]), before.time_s + 1e-6)
-    return [NominalStop(time_s, start, segment.cycle, branch_of(before.value, start))]
+    return [Stop(start, time_s, branch_of(before.value, start), segment.cycle)]
 
 
-def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+def _ramp(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """Stops of a ramp."""
     way, closest = segment.way, segment.policy.gauge * segment.size
     time_s, value = segment.time_s, segment.value
@@ -508,19 +491,19 @@ def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         there = way * value < way * segment.leads_to - closest
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
-    stops: list[NominalStop] = []
+    stops: list[Stop] = []
     last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
         if way * (here - last) > closest:
             last_s, last = max(float(moment), last_s), float(here)
-            stops.append(NominalStop(last_s, last, segment.cycle, segment.branch))
+            stops.append(Stop(last, last_s, segment.branch, segment.cycle))
     if not stops:  # a ramp that does not move
         end_s = max(float(time_s[-1]), last_s)
-        stops.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
+        stops.append(Stop(float(last), end_s, segment.branch, segment.cycle))
     return meant_ramp(stops, before, segment)
 
 
-def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+def _wait(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """Stops of a wait, at the value that came before where that is the same."""
     value = segment.end
     if before is not None and abs(value - before.value) <= segment.jump:
@@ -535,12 +518,12 @@ def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         delays = segment.time_s - since
         spread = np.geomspace(delays[delays > 0].min(), end_s - since, most)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
-    stops: list[NominalStop] = []
+    stops: list[Stop] = []
     for moment in moments:
         if (not stops and before is None) or moment > last_s:
             last_s = moment
-            stops.append(NominalStop(moment, value, segment.cycle, "hold"))
-    return stops or [NominalStop(last_s + 1e-6, value, segment.cycle, "hold")]
+            stops.append(Stop(value, moment, "hold", segment.cycle))
+    return stops or [Stop(value, last_s + 1e-6, "hold", segment.cycle)]
 
 
 def _rising(values: Sequence[float], least: float) -> np.ndarray:
@@ -576,9 +559,7 @@ def meant_places(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> n
     return np.array([meant_end(float(value), distance, sigma, policy) for value in read])
 
 
-def meant_ramp(
-    stops: Sequence[NominalStop], before: NominalStop | None, segment: ControlSegment
-) -> list[NominalStop]:
+def meant_ramp(stops: Sequence[Stop], before: Stop | None, segment: ControlSegment) -> list[Stop]:
     """The stops of a ramp at round values, at one rate where its rows allow.
 
     Args:
@@ -612,6 +593,6 @@ def meant_ramp(
     inner = places[(at > policy.gauge) & (at < 1 - policy.gauge)]
     first = [] if before else [0]
     return [
-        stops[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
+        replace(stops[0], time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
         for i in [*first, *inner, len(meant) - 1]
     ]
