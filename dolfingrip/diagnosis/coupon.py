@@ -90,7 +90,8 @@ class CouponSimulation:
         numbers = []
         for key, std in self.measurement.tests[0].setup.nuisances.items():
             if "." in key and std:
-                moved = self._displayed({}, self._solved({}, {}, {key: std}))[0]
+                off = {key: std}
+                moved = self._displayed({}, self._solved({}, {}, off), off)[0]
                 number = Unknown.marginal(key, std, named(key).unit)
                 numbers.append(Nuisance(number, moved - self.base.readings))
         return numbers
@@ -217,11 +218,8 @@ class CouponSimulation:
         moved: Mapping[str, float] = NO_CHANGE,
     ) -> Solved:
         """True readings at each group's stops, (places, stops) by column."""
-        configs, of_material = [], defaultdict[int, list[int]](list)
-        for group in self.groups:
-            config = changed(group.config, overrides)
-            at = {key: named(key).value(config) + by for key, by in moved.items()}
-            configs.append(changed(config, at).adapted())
+        configs = [_changed(group.config, overrides, moved).adapted() for group in self.groups]
+        of_material = defaultdict[int, list[int]](list)
         for place, config in enumerate(configs):
             first = (i for i in of_material if _of_one_material(configs[i], config))
             of_material[next(first, place)].append(place)
@@ -238,10 +236,12 @@ class CouponSimulation:
                 readings[place] = {FORCE.name: force_N, TRANSVERSE_STRAIN.name: bar.across - 1}
         return [(group, readings[place]) for place, group in enumerate(self.groups)]
 
-    def _displayed(self, overrides: Change, solved: Solved) -> np.ndarray:
+    def _displayed(
+        self, overrides: Change, solved: Solved, moved: Mapping[str, float] = NO_CHANGE
+    ) -> np.ndarray:
         """(places, n) what the instruments show."""
         shown = [
-            (group, changed(group.config, overrides).extensions.displayed(
+            (group, _changed(group.config, overrides, moved).extensions.displayed(
                 {**values, TIME.name: np.array(group.in_time.time_s)}))
             for group, values in solved
         ]  # fmt: skip
@@ -257,6 +257,20 @@ class CouponSimulation:
             }
             for group, columns in solved
         })  # fmt: skip
+
+
+def _changed(config: Config, overrides: Change, moved: Mapping[str, float]) -> Config:
+    """A configuration with other values, and with numbers moved from theirs.
+
+    Those of an effect that is off move from where it does nothing.
+    """
+    there = changed(config, overrides)
+    for key in moved:
+        section, _, number = key.partition(".")
+        name = number.partition(".")[0]
+        if section == "extensions" and name not in there.extensions.inner:
+            there = changed(there, {f"{section}.{name}": dict(effect(name).neutral)})
+    return changed(there, {key: named(key).value(there) + by for key, by in moved.items()})
 
 
 def _reached(run: Tangents) -> Tangents | None:

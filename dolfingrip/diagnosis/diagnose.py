@@ -135,7 +135,7 @@ def diagnose_measurement(
         say("measuring the gain on readings that are left out")
         diagnosis.gain, diagnosis.gain_claimed = held_out(diagnosis.analysis, diagnosis.posterior)
     say("looking for what would settle it")
-    diagnosis.next, failed = settled_by(diagnosis, say, simulating=thorough)
+    diagnosis.next, failed = settled_by(diagnosis, say, simulating=not quick)
     diagnosis.warnings += failed
     return diagnosis
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions.checks import numbers_read
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.discrepancy import kernel
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of
@@ -257,7 +258,8 @@ def _problem(
     problem = InferenceProblem(
         value, np.nan_to_num(simulation.configured), errors.noise, (*solid, *seen),
         np.column_stack([np.zeros((len(value), 0)), *columns]), {}, remaining.covariance,
-        kernel(errors.along), policy=simulation.measurement.policy,
+        kernel(errors.along), told=numbers_read(simulation.measurement, simulation.config),
+        policy=simulation.measurement.policy,
     )  # fmt: skip
     return remaining, problem.beside([(NONE, Tangents.stacked(runs))])
 

@@ -234,15 +234,14 @@ class PlannedTest(Part):
 class PlannedQuantity(Part):
     """A quantity that is proposed to be measured by itself."""
 
-    numbers: dict[str, float] = Field(
-        description="coefficients of the numbers that it is the sum of; modulus: relative, of all"
+    key: str = Field(
+        description="of [nuisance], where KEY = {value = …, std = …} tells the reading"
     )
-    std: float = Field(description="standard deviation of the measurement, in its unit")
-    unit: str = Field("", description="of the reading; empty: relative, or a pure number")
-    nuisance: dict[str, float] = Field(
-        {},
-        description="entry of [nuisance] that tells a single number's standard deviation, in the "
-        "unit of its key; empty: a sum of several numbers",
+    unit: str = Field("", description="of reading and std; empty: a pure number")
+    configured: float = Field(description="what would be read of the model as configured")
+    std: float = Field(description="standard deviation of the measurement")
+    numbers: dict[str, float] = Field(
+        description="coefficients of the numbers that it tells the sum of, by their keys"
     )
 
 

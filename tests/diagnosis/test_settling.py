@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +14,8 @@ import pytest
 from support.measured_files import written
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.worth import checks
+from dolfingrip.diagnosis.additions.checks import checks
+from dolfingrip.diagnosis.answer import settling
 from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives, hidden_effects
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
@@ -41,12 +43,15 @@ CHANGES = {
 }
 
 
-def diagnosed(value: np.ndarray) -> Any:
+LAW = "print_anisotropy"
+
+
+def diagnosed(value: np.ndarray, changes: Mapping[str, np.ndarray] = CHANGES) -> Any:
     """The part of a diagnosis that is asked, without measurement and simulations."""
     config = Config()
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
     factor = factor_of_moduli(0.05, -8.0, 8.0)
-    causes = {name: cause(effect(name), config) for name in CHANGES}
+    causes = {name: cause(effect(name), config) for name in changes}
     prior = Prior(1.0, 0.015, "as reported")
     gain = Unknown("extensions.pressure_gain.gain", prior, -13.0, 13.0, role="always",
                    names=("pressure_gain",))  # fmt: skip
@@ -58,7 +63,7 @@ def diagnosed(value: np.ndarray) -> Any:
     u, rate = factor.coordinate_of(1.0)
     plain = np.column_stack([BASE, rate * BASE])
     runs = [((), Tangents(np.array([[u]]), plain[None]))]
-    for name, change in CHANGES.items():
+    for name, change in changes.items():
         # by its own first number alone, from where that does nothing
         own = np.array([causes[name].resting_coordinate(each) for each in causes[name].numbers])
         slopes = np.zeros((len(X), len(own)))
@@ -74,6 +79,7 @@ def diagnosed(value: np.ndarray) -> Any:
         measurement=SimpleNamespace(listed=pd.DataFrame({"column": ["angle_deg"] * len(X)})),
     )  # fmt: skip
     analysis.numbers = partial(Analysis.numbers, analysis)
+    analysis.factor = partial(Analysis.factor, analysis)
     print("seed", SEED)
     posterior = search(problem, np.random.default_rng(SEED))
     decision = sensitivity(posterior)[0]
@@ -112,6 +118,42 @@ def test_none_is_a_claim_too() -> None:
     assert callipers.chance == pytest.approx(1.0)
     assert callipers.tells == ("base_layer_offset",)
     assert not any("load cell" in name for name in by_name)
+
+
+def test_a_further_measurement_is_weighed_where_nothing_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is simulated of what no check tells: callipers read a base layer, nothing reads a law."""
+    layer = CHANGES["base_layer_offset"]
+    found = diagnosed(BASE + 2.3 * layer + noise(), CHANGES | {LAW: layer})
+    assert found.decision.answer == "none"
+    assert {each.fit.subset for each in found.alternatives} == {("base_layer_offset",), (LAW,)}
+    pull = SimpleNamespace(
+        name="a pull", minutes=15.0, columns=["force_N"] * 2, tests=(), quantities=(),
+        known_mesh=False, measurement=None,
+    )  # fmt: skip
+    simulated: list[tuple[str, ...]] = []
+
+    def expected(fits: Any, tests: Any) -> Any:
+        simulated.extend(fit.subset for fit in fits)
+        read = [np.array([1.0, 2.0 + (LAW in fit.subset)]) for fit in fits]
+        return [[(r, np.zeros((2, len(fit.zeta)))) for r, fit in zip(read, fits, strict=True)]]
+
+    found.analysis.expected = expected
+    found.analysis.covariances = lambda test, readings: (np.zeros((2, 2)), np.zeros((len(X), 2)))
+    monkeypatch.setattr(settling, "proposals", lambda measurement, config: [pull])
+    monkeypatch.setattr(settling, "shows_memory", lambda *measurements: True)
+    weighed, failed = settled_by(found, print, simulating=True)
+    assert not failed
+    assert simulated == [(), (LAW,)]
+    (test,) = (each for each in weighed if each.name == "a pull")
+    # reference: 1 N beside a hundredth of 2 N and 0.02 N of noise; the layer is left open
+    assert test.tells == (LAW,)
+    assert not test.splits
+    simulated.clear()
+    found.alternatives = [each for each in found.alternatives if each.fit.subset != (LAW,)]
+    assert settled_by(found, print, simulating=True)[0]
+    assert not simulated
 
 
 def test_a_cause_without_a_rival_needs_no_check() -> None:
@@ -172,6 +214,6 @@ def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
             shape_number(MASS, config.changed(finger={name: middle + way * step}), ())[0]
             for way in (1, -1)
         )
-        print(key, weigh.quantities[0].numbers[by], (more - less) / (2 * step))
+        print(key, weigh.read({by: 1.0})[0], (more - less) / (2 * step))
         assert weigh.read({by: 1.0})[0] == pytest.approx((more - less) / (2 * step), rel=0.02)
     assert weigh.std[0] == pytest.approx(0.01 * shape_number(MASS, config, ())[0])

@@ -108,9 +108,9 @@ def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance:
 
     test = PlannedTest(experiment="coupon", specimen="A", control="displacement_mm", read=(),
                        branch=(), cycle=(), time_s=(), value=())  # fmt: skip
-    measurement = pulled([("loading", 1)], 0.5)
+    measurement = pulled([("loading", 1)], 0.5, x[1:])
     addition: Any = SimpleNamespace(
-        name="more", minutes=15.0, tests=(test,), quantities=(), measurement=measurement
+        name="more", minutes=15.0, tests=(test,), quantities=(), columns=["force_N"] * 15
     )
     noise = 1e-5 * np.ones(15)
     comparison = Comparison(
@@ -139,10 +139,13 @@ def test_the_quickest_way_to_a_split_comes_first() -> None:
     assert [each.name for each in ranked] == ["sure", "likely", "dear", "9.0", "2.0"]
 
 
-def pulled(way: Sequence[tuple[str, int]], rate_mm_per_s: float) -> Measurement:
+def pulled(
+    way: Sequence[tuple[str, int]], rate_mm_per_s: float, travel_mm: Any = (4.0, 8.0)
+) -> Measurement:
     """A coupon's readings to be."""
     test = SpecimenTest(0, Path("coupon.csv"), "coupon", "A", LabSetup())
-    return Measurement(rig.planned_rows(test, way, [4.0, 8.0], rate_mm_per_s, ("force_N",)), [test])
+    rows = rig.planned_rows(test, way, travel_mm, rate_mm_per_s, ("force_N",))
+    return Measurement(rows, [test])
 
 
 def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -15,13 +15,13 @@ from support.stiffened import stiffened
 from benchmarks.blind.fingers import finger
 from benchmarks.blind.fingers.finger import GAIN, WALL, Protocol, Truth
 from benchmarks.blind.frozen import FrozenCase
-from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.core.unknown import MODULUS
-from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.extensions.index import NAMES, effect
-from dolfingrip.files.diagnosis import NextExperiment, PlannedQuantity, PlannedTest
-from dolfingrip.parameter import every, scaled
+from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
+from dolfingrip.extensions.index import effect
+from dolfingrip.files.diagnosis import NextExperiment, PlannedTest
+from dolfingrip.parameter import named
 
 EXTENSIONS: Final = "extensions."
 GAP: Final = "plate.gap_mm"
@@ -61,10 +61,9 @@ class Laboratory:
         workers: where the hidden finger is simulated.
         seed: of all noise.
         tests: readings of each measurement, with the protocol that it was made by.
-        numbers: that were read by themselves, by key of the configuration.
-        nuisance: standard deviations of these, as entries of ``[nuisance]``.
-        absent: effects that were read by themselves and do nothing.
-        acting: effects that were read by themselves and act.
+        read: value and standard deviation of numbers that were read by themselves, by their keys
+            in ``[nuisance]``.
+        gauge_std_mm: of the plate's gap, which is read each time it is set; None where it is not.
     """
 
     protocol: Protocol
@@ -72,20 +71,13 @@ class Laboratory:
     workers: Workers
     seed: tuple[int, ...]
     tests: list[tuple[Protocol, pd.DataFrame | Path]] = field(default_factory=list)
-    numbers: dict[str, Any] = field(default_factory=dict)
-    nuisance: dict[str, float] = field(default_factory=dict)
-    absent: list[str] = field(default_factory=list)
-    acting: list[str] = field(default_factory=list)
+    read: dict[str, tuple[float, float]] = field(default_factory=dict)
+    gauge_std_mm: float | None = None
 
     @property
     def config(self) -> Config:
-        """The model that is diagnosed, with the numbers that were read by themselves."""
-        return changed(self.protocol.analysed(), self.numbers)
-
-    @property
-    def effects(self) -> tuple[str, ...] | None:
-        """Causes that may be named; the whole catalogue where None."""
-        return tuple(name for name in NAMES if name not in self.absent) if self.absent else None
+        """The model that is diagnosed."""
+        return self.protocol.analysed()
 
     def do(self, advised: NextExperiment, turn: int) -> None:
         """Do what a result file advises.
@@ -100,8 +92,6 @@ class Laboratory:
         rng = np.random.default_rng((*self.seed, 100 + turn))
         if not advised.tests and not advised.quantities:
             raise NotPossible("neither tests nor quantities are told")
-        if any(len(quantity.numbers) > 1 for quantity in advised.quantities):
-            raise NotPossible("no file takes a sum of several numbers")
         before = len(self.tests)
         try:
             for place, test in enumerate(advised.tests):
@@ -109,54 +99,41 @@ class Laboratory:
         except (ConfigError, ValueError) as error:
             del self.tests[before:]
             raise NotPossible(f"{error}") from None
-        read: dict[str, list[tuple[str, float, PlannedQuantity]]] = {}
         for quantity in advised.quantities:
-            (key,) = quantity.numbers
             noise = quantity.std * float(rng.standard_normal())
-            owner = key.split(".")[1] if key.startswith(EXTENSIONS) else key
-            read.setdefault(owner, []).append((key, self.true(key) + noise, quantity))
-        for owner, numbers in read.items():
-            self._tell(owner, numbers)
+            if quantity.key == GAP:  # the same tool is at hand each time that the plate is set
+                self.gauge_std_mm = quantity.std
+            else:
+                self.read[quantity.key] = self.true(quantity.key) + noise, quantity.std
 
     def true(self, key: str) -> float:
         """Return a hidden number.
 
         Args:
-            key: of the configuration, or of all moduli.
+            key: by which it is told under ``[nuisance]``.
         """
+        config = finger.configured(self.protocol, self.truth)
         if key == MODULUS:
             return self.truth.modulus
-        config = finger.configured(self.protocol, self.truth)
-        there = {parameter.key: parameter.value(config) for parameter in every(config)}
-        return there[key] if key in there else _resting(key)
+        if key == MASS:
+            return shape_number(MASS, config, ())[0]
+        if key.startswith(EXTENSIONS):
+            _, name, number = key.split(".")
+            on = config.extensions.inner.get(name)
+            return (
+                float(effect(name).neutral.get(number, 0.0))
+                if on is None
+                else (on.number_at(number))
+            )
+        return named(key).value(config.adapted())
 
-    def _tell(self, owner: str, numbers: Sequence[tuple[str, float, PlannedQuantity]]) -> None:
-        """Put numbers of one owner where the analyser reads them."""
-        stds: dict[str, float] = {}
-        for _, _, quantity in numbers:
-            stds |= quantity.nuisance
-        if owner == MODULUS:
-            self.numbers |= scaled(self.protocol.analysed(), numbers[0][1])
-        elif owner == GAP:  # the same tool is at hand each time that the plate is set
-            self.tests = [(self._gauged(test, numbers[0][2].std, place), readings)
-                          for place, (test, readings) in enumerate(self.tests)]  # fmt: skip
-        elif owner in NAMES and not effect(owner).told.key:
-            far = [abs(value - _resting(key)) / quantity.std for key, value, quantity in numbers]
-            if max(far) < Policy().unlikely:
-                self.absent.append(owner)
-                return
-            self.acting.append(owner)
-            self.numbers |= {key: value for key, value, _ in numbers}
-        else:
-            self.numbers |= {key: value for key, value, _ in numbers}
-        self.nuisance |= stds
-
-    def _gauged(self, test: Protocol, std: float, place: int) -> Protocol:
-        """A measurement whose plate was read with a gauge block."""
+    def _gap_mm(self, place: int) -> float:
+        """The plate's gap at a measurement, as a gauge block tells it."""
+        assert self.gauge_std_mm is not None
         rng = np.random.default_rng((*self.seed, 200 + place))
         truth = replace(self.truth, far=self.truth.far | self._far(place))
-        true = finger.configured(test, truth).plate.gap_mm
-        return replace(test, gap_mm=max(true + std * float(rng.standard_normal()), 0.0))
+        true = finger.configured(self.tests[place][0], truth).plate.gap_mm
+        return max(true + self.gauge_std_mm * float(rng.standard_normal()), 0.0)
 
     def _far(self, place: int) -> Mapping[str, float]:
         """Where the plate truly is at a measurement: it is set anew each time but the first."""
@@ -195,20 +172,19 @@ class Laboratory:
         """
         folder.mkdir(parents=True, exist_ok=True)
         files = []
-        for protocol, readings in self.tests:
+        for place, (protocol, readings) in enumerate(self.tests):
             if isinstance(readings, Path):
                 file = folder / readings.name
                 file.write_text(readings.read_text(encoding="utf-8"), encoding="utf-8")
             else:
                 file = finger.write(protocol, [readings], folder)
             setup = finger.told(protocol)
-            setup["nuisance"] = {**setup["nuisance"], **self.nuisance}
+            read = dict(self.read)
+            if self.gauge_std_mm is not None and "blocked_force" in protocol.tests:
+                read[GAP] = self._gap_mm(place), self.gauge_std_mm
+            setup["nuisance"] |= {
+                key: {"value": value, "std": std} for key, (value, std) in read.items()
+            }
             file.with_suffix(".toml").write_text(tomlkit.dumps(setup), encoding="utf-8")
             files.append(file)
         return files
-
-
-def _resting(key: str) -> float:
-    """Value of a number of an effect at which it does nothing, or which has no part in that."""
-    _, name, number = key.split(".")
-    return float(effect(name).neutral.get(number, 0.0))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,12 +30,34 @@ from dolfingrip.jobs.store import Store
 WALLS: Final = "finger.wall_mm"
 COLUMNS: Final = (
     "protocol", "kind", "number", "round", "answer", "first", "second", "probability",
-    "unexplained", "covers", "numbers", "open", "acting", "advised", "minutes", "undone",
+    "unexplained", "covers", "numbers", "open", "advised", "minutes", "undone",
     "processor_s", "simulations", "commit",
 )  # fmt: skip
 REFUSED: Final = "refused"
+LATE: Final = "late"
+MINUTES: Final = 30.0
+"""Of a diagnosis, at most."""
 LOADED: Final = commit()
 """Commit whose package answers: a run lasts longer than a branch stands still."""
+
+
+class _Late(Exception):
+    """A diagnosis takes longer than it may."""
+
+
+@contextmanager
+def _within(minutes: float) -> Iterator[None]:
+    def late(number: int, frame: object) -> None:
+        raise _Late(f"no answer within {minutes:g} minutes")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, 60 * minutes)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
 
 Diagnose = Callable[[Laboratory, Path], DiagnosisFile]
 """Diagnoses what a laboratory measured so far, and writes the result into a folder."""
@@ -50,9 +74,10 @@ def diagnosed(store: Path, workers: int) -> Diagnose:
     def call(laboratory: Laboratory, folder: Path) -> DiagnosisFile:
         files = laboratory.write(folder / "measured")
         with progress.jobs(console(), "simulations") as show:
-            settings = DiagnosisSettings(workers, store, effects=laboratory.effects, progress=show)
+            settings = DiagnosisSettings(workers, store, progress=show)
             diagnosis = diagnose(files, laboratory.config, folder, settings)
-        return write(diagnosis, files, folder).result
+        result, _ = write(diagnosis, files, folder)
+        return result
 
     return call
 
@@ -77,6 +102,7 @@ def run(
     rounds: int,
     table: Path,
     count: Callable[[], int] = lambda: 0,
+    minutes: float = MINUTES,
 ) -> None:
     """Diagnose a case, and do what is advised; a call resumes one that was killed.
 
@@ -88,6 +114,7 @@ def run(
         rounds: of advice, at most.
         table: CSV with a row for each diagnosis; it grows.
         count: of simulations so far.
+        minutes: of a diagnosis, at most; a case that takes longer ends there.
     """
     done = {
         int(row["round"]): row for row in (rows(table) if table.exists() else ())
@@ -102,12 +129,14 @@ def run(
         print(f"{case.protocol} {case.name}, round {turn} of {rounds}", flush=True)
         try:
             read = turn in done and DiagnosisFile.is_in(folder)
-            result = DiagnosisFile.read(folder) if read else diagnosing(laboratory, folder)
-        except ConfigError as error:
-            _add(table, _row(case, turn) | {"answer": REFUSED, "undone": f"{error}"})
+            with _within(minutes):
+                result = DiagnosisFile.read(folder) if read else diagnosing(laboratory, folder)
+        except (ConfigError, _Late) as error:
+            ended = LATE if isinstance(error, _Late) else REFUSED
+            _add(table, _row(case, turn) | {"answer": ended, "undone": f"{error}"})
             return
         row = _row(case, turn) | answered(case, result) | {
-            "acting": " ".join(laboratory.acting), "processor_s": f"{spent_s() - before_s:.1f}",
+            "processor_s": f"{spent_s() - before_s:.1f}",
             "simulations": count() - before,
         }  # fmt: skip
         advised, undone = (

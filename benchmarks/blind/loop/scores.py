@@ -16,9 +16,9 @@ LARGEST: Final = 3
 
 
 def named(row: Row) -> bool:
-    """Tell if a hidden cause is in a set of few, or was read by itself and acts."""
+    """Tell if a hidden cause is in a set of few."""
     few = max(len(row[key].split()) for key in ("first", "second")) <= LARGEST
-    return (few and score.named(row)) or bool({*row["acting"].split()} & {*row["hidden"].split()})
+    return few and score.named(row)
 
 
 def answers(table: Path) -> Iterator[Row]:

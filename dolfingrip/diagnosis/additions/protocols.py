@@ -46,6 +46,11 @@ class Proposal:
     quantities: ClassVar = ()
 
     @property
+    def columns(self) -> np.ndarray:
+        """Channel of each reading, shape (m,)."""
+        return self.measurement.listed["column"].to_numpy()
+
+    @property
     def tests(self) -> tuple[PlannedTest, ...]:
         """The tests of the experiment, as a result file tells them."""
         planned = []

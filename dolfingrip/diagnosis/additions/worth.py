@@ -20,119 +20,23 @@ Which further experiment would tell tied causes apart.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
-from dolfingrip.channels import CHANNELS, Part
-from dolfingrip.config import Config
+from dolfingrip.channels import CHANNELS
+from dolfingrip.diagnosis.additions.checks import NumberCheck
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import LAW_MISSES, Decision
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import Measurement, largest
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
-from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.extensions.kinds import DimensionOffset
-from dolfingrip.files.diagnosis import NextExperiment, PlannedQuantity
-from dolfingrip.parameter import find
-from dolfingrip.sections.section import EVERYWHERE
-from dolfingrip.sections.units import unit
-
-
-@dataclass(frozen=True, slots=True)
-class NumberCheck:
-    """A measurement of numbers by themselves.
-
-    Attributes:
-        name: in words.
-        minutes: that it takes, an engineering guess.
-        quantities: that are read, with engineering guesses of usual tools' standard deviations.
-    """
-
-    name: str
-    minutes: float
-    quantities: tuple[PlannedQuantity, ...]
-    tests: ClassVar = ()
-
-    @property
-    def std(self) -> tuple[float, ...]:
-        """Standard deviation of each reading."""
-        return tuple(quantity.std for quantity in self.quantities)
-
-    def read(self, values: Mapping[str, float]) -> np.ndarray:
-        """Readings, or derivatives of them, from those of the numbers; shape (readings,)."""
-        return np.array([
-            sum(by * values.get(key, 0.0) for key, by in quantity.numbers.items())
-            for quantity in self.quantities
-        ])  # fmt: skip
-
-
-def coupon_check(policy: Policy) -> NumberCheck:
-    """The modulus by a coupon of another print, to a twentieth.
-
-    Args:
-        policy: how long it takes.
-    """
-    std = 0.1 / 2
-    relative = PlannedQuantity(numbers={MODULUS: 1.0}, std=std, nuisance={MODULUS: std})
-    return NumberCheck("a coupon in uniaxial tension", policy.set_up_min["coupon"], (relative,))
-
-
-def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberCheck]:
-    """List what can be measured by itself of a body and its rig, as its effects tell.
-
-    Args:
-        config: of the body, as it was drawn.
-        parts: of the rigs that it is measured on.
-    """
-    read: dict[tuple[str, float], list[PlannedQuantity]] = defaultdict(list)
-    shapes: dict[str, str] = {}
-    for cls in (effect for effect in EFFECTS if effect.felt_on(parts)):
-        fitted = cls.fitted(config) if cls.told.key else None
-        number = fitted.key if fitted else f"extensions.{cls.name()}."
-        if issubclass(cls, DimensionOffset):
-            dimension = cls.dimension_key(config)
-            if dimension is None:
-                continue
-            shapes[dimension] = number if fitted else f"{number}offset_mm"
-        for check in cls.checks:
-            for key, std in check.std.items():
-                one = number if fitted else number + key
-                entry = (
-                    (cls.told.key, cls.told.as_told(std, fitted.value)) if fitted else (one, std)
-                )
-                read[check.name, check.minutes].append(
-                    PlannedQuantity(
-                        numbers={one: 1.0}, std=std, unit=unit(one), nuisance=dict([entry])
-                    )
-                )
-    single = [NumberCheck(*called, tuple(quantities)) for called, quantities in read.items()]
-    return [_weighed(config, shapes), *single] if shapes else single
-
-
-def _weighed(config: Config, shapes: Mapping[str, str]) -> NumberCheck:
-    """The mass, which tells the sum of what all dimensions change of it.
-
-    Args:
-        config: of the body.
-        shapes: number of the hypotheses that changes a dimension, by the dimension's key.
-    """
-    check = DimensionOffset.weighed
-    mass_g, by = shape_number(MASS, config, find(config, tuple(shapes)))
-    mass = PlannedQuantity(
-        numbers={shapes[key]: slope for key, slope in by.items()},
-        std=check.std[MASS] * mass_g, unit=unit(MASS),
-    )  # fmt: skip
-    return NumberCheck(check.name, check.minutes, (mass,))
+from dolfingrip.files.diagnosis import NextExperiment
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,8 +93,8 @@ class Expected:
             covariance: of the readings, shape (n, n).
             noise: of the readings so far, which come first; by the covariance where None.
             least: length of a change below which nothing can be seen.
-            columns: channels of the first readings, which are of channels; all are of one where
-                None.
+            columns: channel of each reading, shape (n,), empty of one that is of no channel; all
+                are of one where None.
         """
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
@@ -198,13 +102,13 @@ class Expected:
         evidence = np.zeros_like(misfit)
         missed = np.zeros_like(misfit)
         nothing = np.zeros(misfit.shape, dtype=bool)
-        columns = np.zeros(len(covariance)) if columns is None else columns
-        count = len(columns)
-        by = np.column_stack([largest(true.readings[:count], columns) for true in fits])
+        columns = np.full(len(covariance), "all") if columns is None else columns
+        shown = columns != ""
+        by = np.column_stack([largest(true.readings[shown], columns[shown]) for true in fits])
         for j, other in enumerate(fits):
             lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
-            stays = (covariance @ cho_solve((lower, True), off))[:count]
+            stays = (covariance @ cho_solve((lower, True), off))[shown]
             missed[:, j] = np.sqrt(np.square(stays / by).mean(axis=0))
             pull = (other.slopes @ other.zeta)[:, None]
             white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
@@ -276,7 +180,7 @@ class Comparison:
     Attributes:
         measurement: so far.
         noise: of its readings, shape (n,).
-        covariance: of its readings, shape (n, n).
+        covariance: of its readings, and of numbers that were read by themselves, (n + m, n + m).
         probability: of each hypothesis.
         here: each at the readings so far.
         policy: what tells two of them apart.
@@ -293,8 +197,9 @@ class Comparison:
 
     @property
     def columns(self) -> np.ndarray:
-        """Channel of each reading so far, (n,)."""
-        return self.measurement.listed["column"].to_numpy()
+        """Channel of each reading so far, empty of a number that was read by itself, (n + m,)."""
+        listed = self.measurement.listed["column"].to_numpy()
+        return np.append(listed, [""] * (len(self.covariance) - len(listed)))
 
     @cached_property
     def now(self) -> Expected:
@@ -318,9 +223,8 @@ class Comparison:
         The noise is the median of a channel's so far. A model may be off by a hundredth where
         nothing was measured, independent between readings, so that no tie is split by less.
         """
-        there = proposal.measurement.listed
-        by_column = pd.Series(self.noise).groupby(self.columns).median()
-        noise = np.array([by_column.get(name, CHANNELS[name].noise) for name in there["column"]])
+        by_column = pd.Series(self.noise).groupby(self.columns[: len(self.noise)]).median()
+        noise = np.array([by_column.get(name, CHANNELS[name].noise) for name in proposal.columns])
         return np.diag(noise**2 + (0.01 * readings) ** 2)
 
     def worth(
@@ -341,8 +245,8 @@ class Comparison:
             unseen: pairs that differ in what the readings do not show, shape (effects, effects);
                 one value for all pairs will do.
         """
-        n = len(self.covariance)
-        between = np.broadcast_to(cross, (n, len(covariance)))
+        between = np.zeros((len(self.covariance), len(covariance)))
+        between[: len(self.noise)] = cross
         joint = np.block([[self.covariance, between], [between.T, covariance]])
         together = [
             replace(
@@ -352,9 +256,7 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        columns = self.columns
-        if not isinstance(addition, NumberCheck):
-            columns = np.append(columns, addition.measurement.listed["column"].to_numpy())
+        columns = np.append(self.columns, addition.columns)
         then = Expected.of(together, joint, self.noise, self.policy.visible, columns)
         alike = self._alike(then)
         apart = told_apart(

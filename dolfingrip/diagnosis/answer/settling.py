@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import batched
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.additions.checks import NumberCheck, checks, coupon_check
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.additions.worth import (
-    Comparison,
-    NumberCheck,
-    Rival,
-    chance_alone,
-    checks,
-    coupon_check,
-    tied,
-)
+from dolfingrip.diagnosis.additions.worth import Comparison, Rival, chance_alone, tied
 from dolfingrip.diagnosis.answer.analysis import Analysis, remembers_state
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
-from dolfingrip.diagnosis.core.unknown import MODULUS
+from dolfingrip.diagnosis.core.unknown import expected
 from dolfingrip.diagnosis.data.measurement import shows_memory
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.files.diagnosis import Advice, NextExperiment, Way
@@ -47,41 +41,45 @@ def settled_by(
         return [], []
     problem, fits = analysis.problem, [fit for _, fit in open_]
     level = diagnosis.decision.best.level if diagnosis.decision.answer == "unknown" else 0.0
+    covariance = problem.covariance + level**2 * problem.kernel
     comparison = Comparison(
         analysis.measurement, analysis.errors.noise,
-        problem.covariance + level**2 * problem.kernel,
-        np.array([p for p, _ in open_]),
-        [
-            _rival(analysis, fit, problem.predicted(fit.subset, fit.zeta),
-                   problem.slopes(fit.subset, fit.zeta))
-            for fit in fits
-        ],
-        problem.policy,
-        problem.elastic,
+        block_diag(covariance, np.diag(np.square(problem.told_std))),
+        np.array([p for p, _ in open_]), [_so_far(analysis, fit) for fit in fits],
+        problem.policy, problem.elastic,
     )  # fmt: skip
+    factor = analysis.factor(diagnosis.decision.best)
     possible = (
         checks(analysis.applied, EXPERIMENTS["coupon"].parts) if analysis.closed_form
-        else [*checks(analysis.applied), coupon_check(problem.policy)]
+        else [*checks(analysis.applied), coupon_check(problem.policy, factor)]
     )  # fmt: skip
     weighed = [_checked(analysis, comparison, check, fits) for check in possible]
     now = chance_alone(comparison.probability, comparison.apart)
     helpful = [test for test in weighed if test is not None and (test.chance > now or test.tells)]
     failed: list[str] = []
+    compared = fits
+    if not (analysis.closed_form or diagnosis.decision.answer == "cause"):
+        # simulations are made of what no check tells from the likeliest
+        told = {name for check in helpful for name in check.tells}
+        left = [fit for fit in fits[1:] if told.isdisjoint(problem.causes(fit.subset))]
+        compared = [fits[0], *left[: problem.policy.leading - 1]]
+    simulating &= len(compared) > 1
     tests = proposals(analysis.measurement, diagnosis.config) if simulating else []
     at_once = max(len(tests), 1) if analysis.closed_form else 1
     for together in batched(tests, at_once, strict=False):
         say(f"next experiment: {'; '.join(test.name for test in together)}")
         try:
-            expectations = analysis.expected(fits, together)
+            expectations = analysis.expected(compared, together)
         except ConfigError as error:
             failed += [f"{test.name} could not be judged: {error}" for test in together]
             continue
-        for test, expected in zip(together, expectations, strict=True):
-            if expected is None:
+        for test, readings in zip(together, expectations, strict=True):
+            if readings is None:
                 why = "a simulation of a likely cause does not reach all readings"
                 failed.append(f"{test.name} could not be judged: {why}")
             else:
-                helpful.append(_tested(analysis, comparison, test, fits, expected))
+                simulated = dict(zip(map(id, compared), readings, strict=True))
+                helpful.append(_tested(analysis, comparison, test, fits, simulated))
     return sorted(helpful, key=lambda worth: worth.rank), failed
 
 
@@ -109,15 +107,32 @@ def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.nda
     return Rival(fit.zeta, readings, slopes, acting, count, change)
 
 
+def _so_far(analysis: Analysis, fit: MapFit) -> Rival:
+    """A hypothesis at the readings so far, and at numbers that were read by themselves."""
+    problem, subset, zeta = analysis.problem, fit.subset, fit.zeta
+    change, by = expected(problem.told, problem.unknowns(subset), zeta)
+    readings = np.append(problem.predicted(subset, zeta), change)
+    return _rival(analysis, fit, readings, np.vstack([problem.slopes(subset, zeta), by]))
+
+
 def _tested(
     analysis: Analysis,
     comparison: Comparison,
     proposal: Proposal,
     fits: Sequence[MapFit],
-    expected: Sequence[tuple[np.ndarray, np.ndarray]],
+    simulated: Mapping[int, tuple[np.ndarray, np.ndarray]],
 ) -> NextExperiment:
-    """Weigh a test by simulations of all hypotheses; the rig's own errors are others then."""
-    after = [_rival(analysis, fit, *pair) for fit, pair in zip(fits, expected, strict=True)]
+    """Weigh a test by simulations of hypotheses; the rig's own errors are others then.
+
+    One that is not simulated counts as the first one: the test tells nothing of it.
+    """
+    readings, slopes = simulated[id(fits[0])]
+    after = []
+    for fit in fits:
+        alike = np.zeros((len(readings), len(fit.zeta)))
+        count = min(slopes.shape[1], analysis.problem.nuisance_count)
+        alike[:, :count] = slopes[:, :count]
+        after.append(_rival(analysis, fit, *simulated.get(id(fit), (readings, alike))))
     shared, cross = analysis.covariances(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew
     seen = shows_memory(analysis.measurement, proposal.measurement)
@@ -145,20 +160,8 @@ def _checked(
 
 def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival:
     """A hypothesis at the readings of a check, by how far its numbers are from doing nothing."""
-    problem, zeta = analysis.problem, fit.zeta
-    numbers = [(n, place, float(n.at(0.0))) for place, n in enumerate(problem.always)]
-    numbers += [(n, place, cause.neutral(n)) for cause, n, place in analysis.numbers(fit)]
-    readings = np.zeros(len(check.std))
-    slopes = np.zeros((len(check.std), len(zeta)))
-    for number, place, start in numbers:
-        read = check.read({number.key: 1.0})
-        if number.key == MODULUS:  # by its logarithm
-            readings += read * problem.factor.log_std * zeta[place]
-            slopes[:, place] = read * problem.factor.log_std
-        else:
-            readings += read * (float(number.at(zeta[place])) - start)
-            slopes[:, place] = read * number.slope(float(zeta[place]))
-    return _rival(analysis, fit, readings, slopes)
+    unknowns = analysis.problem.unknowns(fit.subset)
+    return _rival(analysis, fit, *expected(check.readings, unknowns, fit.zeta))
 
 
 def advice(diagnosis: Diagnosis) -> Advice | None:

@@ -311,6 +311,7 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     total = total + problem.curves @ problem.curves.T
     off = problem.value - problem.predicted(without.subset, without.zeta)
     free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
+    free += float(np.square(problem.told_missed(without.subset, without.zeta)).sum())
     return 0.5 * (free - best.misfit) > problem.policy.log_odds
 
 
@@ -423,7 +424,8 @@ def _stays(
         names: of what is missed without one of these; all causes where empty.
         beside: pairs with one of these alone are asked; all hypotheses where empty.
     """
-    n, causes = len(posterior.problem.value), posterior.problem.causes
+    problem = posterior.problem
+    n, causes = len(problem.value) + len(problem.told), problem.causes
     off: dict[Subset, float] = {}
     for fit in posterior.fits:
         if fit.level == 0:

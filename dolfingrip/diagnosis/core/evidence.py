@@ -28,7 +28,13 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
 from dolfingrip.diagnosis.core.sampling import drawn
-from dolfingrip.diagnosis.core.unknown import Unknown, coordinates
+from dolfingrip.diagnosis.core.unknown import (
+    NumberReading,
+    Unknown,
+    coordinates,
+    expected,
+    linear_in,
+)
 from dolfingrip.diagnosis.policy import Policy
 
 Subset = tuple[str, ...]
@@ -83,6 +89,7 @@ class InferenceProblem:
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
         largest: the largest reading of each one's channel, shape (n,); of all where None.
+        told: readings of numbers by themselves, which are independent of the others.
         policy: numbers of the priors, and of how they are compared.
     """
 
@@ -101,6 +108,7 @@ class InferenceProblem:
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
     largest: np.ndarray | None = None
+    told: tuple[NumberReading, ...] = ()
     policy: Policy = Policy()
 
     @property
@@ -118,6 +126,26 @@ class InferenceProblem:
         """Count of those that simulations are of, which come first."""
         return len(self.always) - self.linear.shape[1]
 
+    @property
+    def first_columns(self) -> int:
+        """Count of columns of readings, linear numbers and readings of numbers."""
+        return 1 + self.linear.shape[1] + len(self.told)
+
+    @property
+    def told_change(self) -> np.ndarray:
+        """Readings of numbers less what would be read as configured, shape (m,)."""
+        return np.array([reading.value - reading.configured for reading in self.told])
+
+    @property
+    def told_std(self) -> np.ndarray:
+        """Standard deviations of the readings of numbers, shape (m,)."""
+        return np.array([reading.std for reading in self.told])
+
+    def told_missed(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """What readings of numbers miss at ζ, by their standard deviations, shape (m,)."""
+        change, _ = expected(self.told, self.unknowns(subset), zeta)
+        return (self.told_change - change) / self.told_std
+
     @cached_property
     def levels(self) -> Mapping[float, CovarianceModel]:
         """All columns under the covariance of each level of the discrepancy."""
@@ -125,9 +153,9 @@ class InferenceProblem:
 
     @cached_property
     def columns(self) -> dict[Subset, np.ndarray]:
-        """Which columns of Z each blend has; those of readings and linear numbers come first."""
+        """Which columns of Z each blend has; those that all hypotheses have come first."""
         counts = [blend.columns.shape[1] for blend in self.blends.values()]
-        ends = np.cumsum([1 + self.linear.shape[1], *counts]).tolist()
+        ends = np.cumsum([self.first_columns, *counts]).tolist()
         return {
             causes: np.arange(first, end)
             for causes, (first, end) in zip(self.blends, pairwise(ends), strict=True)
@@ -361,18 +389,22 @@ class CovarianceModel:
             for causes, blend in problem.blends.items()
         }
         self.before = None
-        log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
-        self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
+        sizes = np.r_[np.diag(self._lower), problem.told_std]
+        self.log_det = float(2 * np.log(sizes).sum() + len(sizes) * np.log(2 * np.pi))
 
     @cached_property
     def _whitened(self) -> np.ndarray:
-        """Z whitened, with one more column of zeros."""
-        return np.column_stack([self._first, *self._white.values(), np.zeros(len(self._first))])
+        """Z whitened, without what readings of numbers miss, with one more column of zeros."""
+        none = np.zeros((len(self._first), len(self.problem.told)))
+        return np.column_stack([self._first, none, *self._white.values(), np.zeros(len(none))])
 
     @cached_property
     def gram(self) -> np.ndarray:
         """G of all columns, with one more row and column of zeros."""
-        return np.asarray(self._whitened.T @ self._whitened)
+        gram, last = self._whitened.T @ self._whitened, self.problem.first_columns
+        at = np.arange(last - len(self.problem.told), last)
+        gram[at, at] = 1.0
+        return np.asarray(gram)
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
@@ -507,16 +539,20 @@ class Hypotheses:
         problem = self.problem
         causes_of_each = dict.fromkeys(map(problem.causes, self.subsets))
         self._place = {causes: place for place, causes in enumerate(causes_of_each)}
+        self._told = problem.told_change / problem.told_std
         count = len(self._place)
         parts = [problem.parts(causes) for causes in self._place]
         boxes = [problem.box(causes) for causes in self._place]
-        self._policy, first = problem.policy, 1 + problem.linear.shape[1]
+        self._policy, first = problem.policy, problem.first_columns
         self._sizes = np.array([len(box) for box in boxes])
         self._ends = np.array([
             first + sum(blend.columns.shape[1] for _, blend, _ in blends) for blends in parts
         ])  # fmt: skip
         self._box = np.zeros((count, self._sizes.max(), 2))
         self._bent = np.zeros_like(self._box)
+        # how readings of numbers change with the coordinates, and these as configured
+        self._read = np.zeros((count, len(problem.told), self._sizes.max()))
+        self._start = np.zeros(self._box.shape[:2])
         self._tail = np.ones(self._box.shape[:2])
         self._columns = np.full((count, self._ends.max()), -1)
         self._columns[:, :first] = np.arange(first)
@@ -534,8 +570,11 @@ class Hypotheses:
             self._box[place, : len(box)] = box
             bends = [number.bend for number in problem.unknowns(subset)]
             self._bent[place, : len(box)] = bends
+            by, start = linear_in(problem.told, problem.unknowns(subset))
+            self._read[place, :, : len(box)] = by / problem.told_std[:, None]
+            self._start[place, : len(box)] = start
             self._tail[place, problem.nuisance_count : len(box)] = problem.tail(subset)
-            first = 1 + problem.linear.shape[1]
+            first = problem.first_columns
             for causes, _, numbers in blends:
                 part, rows = self._parts[at[causes]], np.arange(first, first + sizes[causes])
                 self._present[place, at[causes]] = True
@@ -573,6 +612,11 @@ class Hypotheses:
         slopes[:, 1 + np.arange(len(linear)), linear] = -1.0
         present, bent = self._present[of], self._bent[of, : zeta.shape[1]]
         u, rate = coordinates(zeta, bent[..., 0], bent[..., 1])
+        told = slice(1 + len(linear), self.problem.first_columns)
+        read = self._read[of, :, : zeta.shape[1]]
+        off = u - self._start[of, : zeta.shape[1]]
+        value[:, told] = self._told - (read @ off[..., None])[..., 0]
+        slopes[:, told] = -read * rate[:, None]
         for which in np.flatnonzero(present.any(axis=0)):
             part, at = self._parts[which], np.flatnonzero(present[:, which])
             rows, numbers, at = part.rows[of[at]], part.numbers[of[at]], at[:, None]
@@ -799,12 +843,19 @@ class Hypotheses:
         along = free.transpose(0, 2, 1)
         inner = along @ products.gram @ free + width[:, rig, None] ** -2 * np.eye(rig.stop)
         strengths = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
+        bent, size = self._bent[of], zeta.shape[1]
+        off = coordinates(zeta, bent[:, :size, 0], bent[:, :size, 1])[0] - self._start[of, :size]
+        last = self.problem.first_columns
+        told = slice(last - len(self._told), last)
         for part, present in zip(self._parts, self._present[of].T, strict=True):
             if len(part.causes) == 1:
                 at = np.flatnonzero(present)
                 change = np.zeros((len(at), b.shape[1], 1))
                 rows = part.rows[of[at]]
                 np.put_along_axis(change[..., 0], rows, b[at[:, None], rows], axis=1)
+                mine = part.numbers[of[at]][:, None, self.problem.simulated_count :]
+                read = np.take_along_axis(self._read[of[at]], mine, axis=2)
+                change[:, told, 0] = -(read * off[at[:, None, None], mine]).sum(axis=2)
                 pull = products.gram[at] @ change
                 cross = along[at] @ pull
                 left = (pull * change).sum(axis=(1, 2))
@@ -866,11 +917,13 @@ class Visibility:
 
     def strength(self, name: str, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
-        white = self.columns.whitened(self.change(name, zeta))
-        residual = white - self.columns.whitened(self.own) @ taken(
-            white, self.columns.whitened(self.own)
-        )
-        return float(np.sqrt(max(white @ residual, 0.0)))
+        problem, both = self.problem, np.r_[self.at, zeta]
+        off = problem.told_missed(NONE, self.at) - problem.told_missed((name,), both)
+        white = np.r_[self.columns.whitened(self.change(name, zeta)), off]
+        _, by = expected(problem.told, problem.always, self.at)
+        read = by / problem.told_std[:, None]
+        free = np.vstack([self.columns.whitened(self.own), read])
+        return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
 
 
 def taken(change: np.ndarray, columns: np.ndarray) -> np.ndarray:

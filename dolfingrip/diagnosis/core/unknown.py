@@ -7,7 +7,7 @@ be named. One that is integrated out is a cause, too, where it is implausible by
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
@@ -166,6 +166,68 @@ class Unknown:
     def change(self, value: float) -> Change:
         """Return the change of the configuration that gives it a value."""
         return {self.key: [value] if self.listed else value}
+
+
+@dataclass(frozen=True, slots=True)
+class NumberReading:
+    """A reading of numbers by themselves: of one, or of a sum of several.
+
+    Attributes:
+        key: by which a laboratory tells it in ``[nuisance]``.
+        numbers: coefficients of the unknowns that it is the sum of, by their keys.
+        starts: these as configured, or where their effects do nothing, by their keys.
+        configured: what would be read of the model as configured.
+        std: standard deviation of the reading.
+        value: as read; NaN where nothing is read yet.
+    """
+
+    key: str
+    numbers: Mapping[str, float]
+    starts: Mapping[str, float]
+    configured: float
+    std: float
+    value: float = np.nan
+
+
+def linear_in(
+    readings: Sequence[NumberReading], unknowns: Sequence[Unknown]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tell how readings of numbers change with unknowns, in which they are linear.
+
+    Args:
+        readings: m of them.
+        unknowns: d of them, of which those that are read have straight coordinates.
+
+    Returns:
+        Derivatives by the coordinates, shape (m, d), and coordinates as configured, shape (d,).
+    """
+    by = np.zeros((len(readings), len(unknowns)))
+    start = np.zeros(len(unknowns))
+    for row, reading in enumerate(readings):
+        for place, unknown in enumerate(unknowns):
+            if unknown.key in reading.numbers:
+                start[place], rate = unknown.coordinate_of(reading.starts[unknown.key])
+                by[row, place] = reading.numbers[unknown.key] * rate
+    return by, start
+
+
+def expected(
+    readings: Sequence[NumberReading], unknowns: Sequence[Unknown], zeta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Readings of numbers at ζ, less those of the model as configured.
+
+    Args:
+        readings: m of them.
+        unknowns: of the hypothesis.
+        zeta: of these, shape (d,).
+
+    Returns:
+        The changes, shape (m,), and their derivatives by ζ, shape (m, d).
+    """
+    by, start = linear_in(readings, unknowns)
+    pairs = [unknown.coordinate(z) for unknown, z in zip(unknowns, zeta, strict=True)]
+    u, rate = np.array(pairs).T
+    return by @ (u - start), by * rate
 
 
 def coordinates(

@@ -22,6 +22,7 @@
     [nuisance]                                  # what the laboratory knows better
     pressure_gain = 0.005
     cast.chamber_width_mm = 1.0                 # any number of the configuration, in its unit
+    finger.wall_mm = {value = 1.83, std = 0.05} # a number that was read by itself
 
 A coupon needs ``gauge_length_mm`` and ``area_mm2``, or a table ``[coupon]`` with
 ``gauge_length_mm``, ``width_mm`` and ``thickness_mm``. Texts under other keys, and
@@ -47,6 +48,7 @@ from dolfingrip.diagnosis.data.table import (
     of_markers,
 )
 from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.extensions.index import fitted_effects
 from dolfingrip.parameter import named
 from dolfingrip.parameter.nuisances import known as known_nuisances
 from dolfingrip.parameter.nuisances import usual
@@ -75,6 +77,8 @@ _DIRECT: Final = (
 )
 _TABLES: Final = (*SECTIONS, "noise", "nuisance", "specimen", "angle")
 _NOTES: Final = ("temperature_C",)
+READ: Final = frozenset({"value", "std"})
+"""Keys of a number that was read by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +96,7 @@ class LabSetup:
         max_pressure_kPa: readings above are not compared.
         chord: the points of ``chord_angle_deg``.
         told: keys of nuisances that the laboratory tells.
+        numbers: value and standard deviation of numbers that were read by themselves, by key.
     """
 
     sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -103,6 +108,7 @@ class LabSetup:
     max_pressure_kPa: float = math.inf
     chord: tuple[Any, Any] = CENTRES
     told: frozenset[str] = frozenset()
+    numbers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 class SetupFile:
@@ -196,13 +202,19 @@ class SetupFile:
         else:
             sections.pop("coupon", None)
         noise, spreads = dict(self.table("noise")), _flat(self.table("nuisance"))
+        numbers = self._numbers(spreads)
+        for cls in fitted_effects():  # what is set anew is another number in each set-up
+            if cls.told.each_time and (anew := cls.fitted(Config())) and anew.key in numbers:
+                (value, std), (section, _, key) = numbers.pop(anew.key), anew.key.partition(".")
+                sections[section] = {**sections.get(section, {}), key: value}
+                spreads[cls.told.key] = cls.told.as_told(std, value)
         correlated = dict(self.table("noise", "correlated"))
         noise.pop("correlated", None)
         lasting = correlated.pop("correlation_time_s", None)
         if "specimen_scale" in noise:
             spreads = {"specimen_scale": noise.pop("specimen_scale"), **spreads}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
-        numbers = {**self._data, **of_specimen}
+        plain = {**self._data, **of_specimen}
         angle = self._data.get("angle", {})
         return LabSetup(
             sections,
@@ -212,16 +224,29 @@ class SetupFile:
             ),
             self._optional("noise.correlated.correlation_time_s", lasting),
             usual() | self._spreads("nuisance", spreads, tuple(known_nuisances())),
-            self._optional(rate, numbers.get(rate)),
-            self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
+            self._optional(rate, plain.get(rate)),
+            self._optional("max_pressure_kPa", plain.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
             told=frozenset(spreads),
+            numbers=numbers,
         )
 
+    def _numbers(self, spreads: dict[str, Any]) -> dict[str, tuple[float, float]]:
+        """Take numbers that were read by themselves out of [nuisance]."""
+        pairs: dict[str, tuple[float, float]] = {}
+        for key in [key for key, entry in spreads.items() if isinstance(entry, dict)]:
+            entry, where = spreads.pop(key), f"nuisance.{key}"
+            if "." in key:
+                named(key, f"{self.file}: [nuisance]")
+            value = self._number(where, entry["value"], -units.of(key).most)
+            pairs[key] = value, self._number(where, entry["std"])
+        return pairs
+
     def spreads(self) -> dict[str, Any]:
-        """All standard deviations that the file tells, by nuisance and by column."""
+        """Standard deviations of what is as configured, by nuisance and by column."""
         noise = {k: v for k, v in self.table("noise").items() if not isinstance(v, dict)}
-        return {**noise, **_flat(self.table("nuisance"))}
+        spreads = _flat(self.table("nuisance"))
+        return noise | {key: std for key, std in spreads.items() if not isinstance(std, dict)}
 
     def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:
         """Values by section and key; flat keys are put into their sections."""
@@ -283,10 +308,10 @@ class SetupFile:
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Values of a table and of the tables below it, by dotted keys."""
+    """Values of a table and of the tables below it, by dotted keys; a reading is a table."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value.keys() != READ:
             flat |= _flat(value, f"{before}{key}.")
         else:
             flat[f"{before}{key}"] = value

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
+from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
 from dolfingrip.config import NO_CHANGE
@@ -18,7 +19,7 @@ from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
 from dolfingrip.diagnosis.core.sampling import drawn as sampled_draws
 from dolfingrip.diagnosis.core.search import search, searched_again
-from dolfingrip.diagnosis.core.unknown import Unknown, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import NumberReading, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.effect import Prior
 
@@ -369,6 +370,45 @@ def test_the_evidence_of_numbers_that_are_linear_is_exact() -> None:
     white = np.linalg.solve(np.linalg.cholesky(total), own.slopes(("bent",), fit.zeta)[:, 0])
     known -= 0.5 * np.log(1 + white @ white)
     assert fit.log_evidence == pytest.approx(known, abs=1e-6)
+
+
+def test_numbers_that_are_read_by_themselves_are_readings() -> None:
+    """Against the normal density of all: a sum of a number of the rig and one of a cause."""
+    # reference: scipy
+    told = NumberReading("sum", {"bent": 2.0, "slip": 1.0}, {"bent": 0.0, "slip": 0.5}, 5.0, 0.3,
+                         6.1)  # fmt: skip
+    own = case(drawn(1.5 * WAVES["bent"]), {"bent": WAVES["bent"]}, {"slip": WAVES["wave"]})
+    own = replace(own, told=(told,))
+    for subset, rates in ((("bent",), [1.0, 2.0]), ((), [1.0])):
+        d = 1 + len(rates)
+        fit = CovarianceModel(own, 0.0).of(subset).fit([np.zeros(d)])
+        slope = own.slopes(subset, np.zeros(d))[:, 1:]
+        held = own.predicted(subset, np.r_[fit.zeta[0], np.zeros(d - 1)])
+        both = np.vstack([slope, rates])
+        total = block_diag(own.covariance, 0.3**2) + both @ both.T
+        value, mean = np.append(own.value, 1.1), np.append(held, -0.5)
+        known = multivariate_normal(mean, total).logpdf(value) - 0.5 * fit.zeta[0] ** 2
+        factor = np.append(own.slopes(subset, fit.zeta)[:, 0], 0.0)
+        white = np.linalg.solve(np.linalg.cholesky(total), factor)
+        known -= 0.5 * np.log(1 + white @ white)
+        assert fit.log_evidence == pytest.approx(known, abs=1e-6)
+
+
+def test_a_cause_that_is_read_by_itself_is_named() -> None:
+    """Twins that readings tell apart by nothing; one is read as absent, or as what it is."""
+    twins = {"bent": WAVES["bent"], "twin": WAVES["bent"]}
+    own = case(drawn(2.0 * WAVES["bent"]), twins)
+
+    def named(value: float) -> tuple[str, ...]:
+        told = NumberReading("twin", {"twin": 1.0}, {"twin": 0.0}, 0.0, 0.1, value)
+        posterior = search(replace(own, told=(told,)), np.random.default_rng(SEED), sample=False)
+        decision = decide(posterior)
+        assert decision.answer == "cause"
+        return decision.first
+
+    assert {*decide(search(own, np.random.default_rng(SEED), sample=False)).first} == {*twins}
+    assert named(2.0) == ("twin",)
+    assert named(0.0) == ("bent",)
 
 
 def test_a_mixture_is_weighed_by_both_of_its_parts() -> None:

@@ -8,8 +8,8 @@ import pytest
 from support.command import run_command
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions.checks import coupon_check
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.additions.worth import coupon_check
 from dolfingrip.diagnosis.answer.noise import instrument_noise
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.plan import read_alike
@@ -114,7 +114,7 @@ def test_an_addition_tells_how_it_is_made() -> None:
     assert loop.branch[10:12] == ("loading", "unloading")
     assert by_kind["coupon"].quantities == ()
     (pulled,) = coupon_check(Policy()).quantities
-    assert (pulled.numbers, pulled.std) == ({"modulus": 1.0}, 0.05)
+    assert (pulled.key, pulled.configured, pulled.std) == ("modulus", 1.0, 0.05)
 
 
 def test_a_rig_that_is_none(tmp_path: Path) -> None:
