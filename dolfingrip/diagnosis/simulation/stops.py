@@ -491,16 +491,21 @@ def _ramp(segment: ControlSegment, before: Stop | None) -> list[Stop]:
         there = way * value < way * segment.leads_to - closest
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
-    stops: list[Stop] = []
-    last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
+    went = [(before.time_s, before.value) if before else (0.0, -np.inf * way)]
     for moment, here in zip(time_s, value, strict=True):
+        last_s, last = went[-1]
         if way * (here - last) > closest:
-            last_s, last = max(float(moment), last_s), float(here)
-            stops.append(Stop(last, last_s, segment.branch, segment.cycle))
-    if not stops:  # a ramp that does not move
-        end_s = max(float(time_s[-1]), last_s)
-        stops.append(Stop(float(last), end_s, segment.branch, segment.cycle))
-    return meant_ramp(stops, before, segment)
+            went.append((max(float(moment), last_s), float(here)))
+    if len(went) == 1:  # a ramp that does not move
+        went.append((max(float(time_s[-1]), went[0][0]), went[0][1]))
+    time_s, value = np.array(went if before else went[1:]).T
+    if segment.rounds_by and np.ptp(value):
+        time_s, value = _meant_ramp(time_s, value, segment, goes_on=before is not None)
+    stops = [
+        Stop(float(here), float(moment), segment.branch, segment.cycle)
+        for moment, here in zip(time_s, value, strict=True)
+    ]
+    return stops[1:] if before else stops
 
 
 def _wait(segment: ControlSegment, before: Stop | None) -> list[Stop]:
@@ -559,27 +564,23 @@ def meant_places(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> n
     return np.array([meant_end(float(value), distance, sigma, policy) for value in read])
 
 
-def meant_ramp(stops: Sequence[Stop], before: Stop | None, segment: ControlSegment) -> list[Stop]:
-    """The stops of a ramp at round values, at one rate where its rows allow.
+def _meant_ramp(
+    time_s: np.ndarray, read: np.ndarray, segment: ControlSegment, *, goes_on: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times and round values of the stops of a ramp, at one rate where its rows allow.
 
     Args:
-        stops: as read, the values rise or fall.
-        before: the stop that it starts from; None at the start of a test.
-        segment: the ramp; its stops are not changed where its gauge has no noise.
+        time_s: of the stops.
+        read: values there, which rise or fall.
+        segment: the ramp.
+        goes_on: whether the first of them is the last stop before the ramp, which stays.
     """
-    sigma, leads_to, policy = segment.rounds_by, segment.leads_to, segment.policy
-    joined = [*([before] if before else []), *stops]
-    if not sigma or len(joined) < 2:
-        return list(stops)
-    time_s = np.array([stop.time_s for stop in joined])
-    read = np.array([stop.value for stop in joined])
-    if read[-1] == read[0]:
-        return list(stops)
+    sigma, policy = segment.rounds_by, segment.policy
     meant = meant_places(read, sigma, policy)
-    if not math.isnan(leads_to):
-        meant[-1] = leads_to
-    if before:
-        meant[0] = before.value
+    if not math.isnan(segment.leads_to):
+        meant[-1] = segment.leads_to
+    if goes_on:
+        meant[0] = read[0]
     span = float(meant[-1] - meant[0]) or 1.0
     whole_s = float(time_s[-1] - time_s[0])
     # the time at which the gauge reads an end is as uncertain as its reading there
@@ -591,8 +592,5 @@ def meant_ramp(stops: Sequence[Stop], before: Stop | None, segment: ControlSegme
         time_s = line_s
     at, places = np.unique(part, return_index=True)
     inner = places[(at > policy.gauge) & (at < 1 - policy.gauge)]
-    first = [] if before else [0]
-    return [
-        replace(stops[0], time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
-        for i in [*first, *inner, len(meant) - 1]
-    ]
+    kept = [0, *inner, len(meant) - 1]
+    return np.array([float(f"{moment:.9g}") for moment in time_s[kept]]), meant[kept]
