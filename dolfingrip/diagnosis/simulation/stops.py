@@ -27,7 +27,7 @@ import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 import pandas as pd
@@ -219,7 +219,8 @@ class ControlSegment:
         jump: a change of the control that is none of the gauge's noise.
         leads_to: value of the wait that follows; NaN where none does.
         lead: column of the control whose values these are: of several the one that moves farthest.
-        below: whether it lies on the side of suction, where a load grows as its value falls.
+        way: 1 where the value rises, -1 where it falls, as a load of suction does while it grows;
+            0 where it waits.
         others: values of the other controls at each row, by column; those that rest are constant.
         policy: how many stops it has, and where.
     """
@@ -235,7 +236,7 @@ class ControlSegment:
     jump: float
     leads_to: float = math.nan
     lead: str = ""
-    below: bool = False
+    way: float = 0.0
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
     policy: Policy = Policy()
 
@@ -264,25 +265,6 @@ class ControlSegment:
             return self.leads_to
         return float(self.value.min() if self.way < 0 else self.value.max())
 
-    @property
-    def way(self) -> float:
-        """1 where the value rises, -1 where it falls, 0 where it waits."""
-        away = {"loading": 1.0, "unloading": -1.0}.get(self.branch, 0.0)
-        return -away if self.below else away
-
-    @property
-    def lasts_s(self) -> float:
-        """From its first row to its last."""
-        return float(self.time_s[-1] - self.time_s[0])
-
-    @property
-    def most(self) -> int:
-        """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
-        if not self.sigma:
-            return self.policy.most_stops
-        told_apart = int(np.ptp(self.value) / (self.policy.certain * self.sigma))
-        return min(self.policy.most_stops, max(self.policy.few, told_apart))
-
 
 def segments(
     rows: pd.DataFrame, controls: Sequence[str], sigma: float, policy: Policy = Policy()
@@ -296,37 +278,35 @@ def segments(
     few, many = (0.0, 0.0) if controls[0] == DISPLACEMENT.name else (guessed, sigma)
     if (np.abs(values[:, 0]) < jumps).all():  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
-    leg = rows["leg"].to_numpy()
-    new = (cycle[1:] != cycle[:-1]) | (leg[1:] != leg[:-1])
-    cuts = np.flatnonzero(np.concatenate([[True], new]))
-    ends = [*cuts[1:], len(rows)]
-    places = rows.index.to_numpy()
-    leads = farthest(values, np.cumsum(np.concatenate([[0], new])))
+    _, starts, leg = np.unique(rows["leg"], return_index=True, return_inverse=True)
     pieces: list[ControlSegment] = []
-    for a, b, lead in zip(cuts, ends, leads, strict=True):
-        value, jump = values[lead], jumps[lead]
-        led, size = value[a:b], max(float(np.abs(value).max()), 1e-12)
+    places = np.split(np.arange(len(rows)), starts[1:])
+    for part, lead in zip(places, farthest(values, leg), strict=True):
+        value, jump, start = values[lead], jumps[lead], part[0]
+        led, size = value[part], max(float(np.abs(value).max()), 1e-12)
         others = {
-            name: _settled_at(beside[a:b], least)
+            name: _settled_at(beside[part], least)
             for name, beside, least in zip(controls, values, jumps, strict=True)
             if name != controls[lead]
         }
-        rounds_by = few if b - a <= policy.most_stops else many  # whose stops are means
-        if branch[a] == "hold":
+        rounds_by = few if len(part) <= policy.most_stops else many  # whose stops are means
+        if branch[start] == "hold":
             # where the ramp before it led to was read once more, as its last row
-            before = value[a - 1 : a] if a and abs(value[a - 1] - led.mean()) <= jump else led[:0]
+            read_before = start and abs(value[start - 1] - led.mean()) <= jump
+            before = value[start - 1 : start] if read_before else led[:0]
             mean = float(np.concatenate([before, led]).mean())
-            within = rounds_by / math.sqrt(b - a)
+            within = rounds_by / math.sqrt(len(part))
             meant = meant_end(mean, size / policy.most_stops, within, policy)
-            led = np.full(b - a, meant)
+            led = np.full(len(part), meant)
             if before.size and pieces[-1].branch != "hold" and pieces[-1].lead == controls[lead]:
                 pieces[-1] = replace(pieces[-1], leads_to=meant)
-        side = led[-1] if branch[a] == "loading" else value[max(a - 1, 0)]
+        side = led[-1] if branch[start] == "loading" else value[max(start - 1, 0)]
+        away = {"loading": 1.0, "unloading": -1.0}.get(branch[start], 0.0)
         pieces.append(
             ControlSegment(
-                int(cycle[a]), branch[a], places[a:b], time_s[a:b], led, size, sigma,
-                rounds_by, jump, lead=controls[lead], below=bool(side < -jump), others=others,
-                policy=policy,
+                int(cycle[start]), branch[start], rows.index.to_numpy()[part], time_s[part], led,
+                size, sigma, rounds_by, jump, lead=controls[lead],
+                way=-away if side < -jump else away, others=others, policy=policy,
             )
         )  # fmt: skip
     return pieces
@@ -343,7 +323,8 @@ def alike(first: Sequence[ControlSegment], second: Sequence[ControlSegment]) -> 
     """Tell whether two tests went the same way, so that one simulation serves both."""
     off = first[0].policy.alike * max(abs(s.end) for s in first)
     return _as_far(first, second, off) and all(
-        a.cycle == b.cycle and abs(a.lasts_s - b.lasts_s) <= 0.1 * a.lasts_s + 0.5
+        a.cycle == b.cycle
+        and abs(np.ptp(a.time_s) - np.ptp(b.time_s)) <= 0.1 * np.ptp(a.time_s) + 0.5
         for a, b in zip(first, second, strict=True)
     )
 
@@ -433,12 +414,11 @@ def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
     Returns:
         the place of the segment that it is like, by that of each.
     """
-    cycles: dict[int, list[int]] = {}
-    for place, segment in enumerate(segments):
-        cycles.setdefault(segment.cycle, []).append(place)
+    cycle = [segment.cycle for segment in segments]
+    cycles = [[*places] for _, places in groupby(range(len(segments)), cycle.__getitem__)]
     off = segments[0].policy.alike * max(abs(segment.end) for segment in segments)
     like: dict[int, int] = {}
-    for before, now in pairwise([*cycles.values()][1:]):
+    for before, now in pairwise(cycles[1:]):
         ends = [segment.end for segment in segments[: before[0]]]
         once, again = ([segments[place] for place in places] for places in (before, now))
         reached = all(min(ends) - off <= s.end <= max(ends) + off for s in once)
@@ -478,8 +458,12 @@ def _ramp(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """Stops of a ramp."""
     way, closest = segment.way, segment.policy.gauge * segment.size
     time_s, value = segment.time_s, segment.value
-    if len(value) > segment.most:
-        edges = np.linspace(0, len(value), segment.most + 1).astype(int)
+    most = segment.policy.most_stops
+    if segment.sigma:  # fewer where its rows lie within the gauge's noise
+        told_apart = int(np.ptp(value) / (segment.policy.certain * segment.sigma))
+        most = min(most, max(segment.policy.few, told_apart))
+    if len(value) > most:
+        edges = np.linspace(0, len(value), most + 1).astype(int)
         parts = [slice(a, b) for a, b in pairwise(edges)]
         value = np.array([value[part].mean() for part in parts])
         time_s = np.array([time_s[part].mean() for part in parts])
@@ -523,12 +507,8 @@ def _wait(segment: ControlSegment, before: Stop | None) -> list[Stop]:
         delays = segment.time_s - since
         spread = np.geomspace(delays[delays > 0].min(), end_s - since, most)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
-    stops: list[Stop] = []
-    for moment in moments:
-        if (not stops and before is None) or moment > last_s:
-            last_s = moment
-            stops.append(Stop(value, moment, "hold", segment.cycle))
-    return stops or [Stop(value, last_s + 1e-6, "hold", segment.cycle)]
+    later = [at_s for at_s in map(float, np.unique(moments)) if not before or at_s > last_s]
+    return [Stop(value, at_s, "hold", segment.cycle) for at_s in later or [last_s + 1e-6]]
 
 
 def _rising(values: Sequence[float], least: float) -> np.ndarray:
@@ -542,18 +522,16 @@ def _rising(values: Sequence[float], least: float) -> np.ndarray:
     return np.array(rising, dtype=float)
 
 
-def unit_for(distance: float, policy: Policy = Policy()) -> float:
-    """The largest round number times a power of ten up to a part of a distance."""
-    most = distance / policy.fineness
-    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
-    return power * max(step for step in policy.steps if step * power <= most * (1 + 1e-9))
-
-
 def meant_end(value: float, distance: float, sigma: float, policy: Policy = Policy()) -> float:
-    """The round value near a stop if the gauge's noise allows, else as it was read."""
+    """The round value near a stop if the gauge's noise allows, else as it was read.
+
+    Round are multiples of the largest round number times a power of ten up to a part of a distance.
+    """
     if not (sigma and distance > 0):
         return value
-    unit = unit_for(distance, policy)
+    most = distance / policy.fineness
+    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
+    unit = power * max(step for step in policy.steps if step * power <= most * (1 + 1e-9))
     meant = float(f"{round(value / unit) * unit:.9g}")
     return meant if abs(meant - value) <= policy.certain * sigma else value
 
