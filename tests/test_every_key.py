@@ -28,7 +28,7 @@ kinds = pytest.mark.parametrize("kind", GEOMETRIES)
 OWN_TABLES = ("override", "along")
 """Dimensions of single chambers, which tests/meshes/test_own_chambers.py moves."""
 
-MESHES = {"half": False, "order": 1, "size_mm": 3.0, "edge_size_mm": 2.5, "refine": 2,
+MESHES = {"half": False, "order": 1, "size_mm": 4.0, "edge_size_mm": 4.0, "refine": 2,
           "target_elements": 500, "both_sides": True}  # fmt: skip
 
 

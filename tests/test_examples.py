@@ -245,7 +245,7 @@ def test_released_beam(tmp_path: Path) -> None:
     Reference: trials of the Soft Robotics Lab, ETH Zurich; the beam alone is fitted, 101 g is not.
     """
     example = load("released_beam")
-    found = example.main(tmp_path, masses_g=(0, 101))
+    found = example.main(tmp_path, size_mm=20.0, masses_g=(0, 101))
     print(found)
     for mass, simulated in found.simulated.items():
         measured = found.measured[mass]

@@ -10,7 +10,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -35,30 +35,52 @@ ADDITIONS = {
 }
 
 
-COMMANDS = """
+PROCESS = """
+import contextlib, io, json, os, sys
+answers = os.fdopen(os.dup(1), "w")
+os.dup2(2, 1)  # what libraries print by themselves is no answer
 from dolfingrip.cli.app import app
-for call in {calls!r}:
-    print("$", *call, flush=True)
-    assert not app(call, prog_name="dolfingrip", standalone_mode=False), call
+for line in sys.stdin:
+    folder, calls, code = json.loads(line)
+    os.chdir(folder)
+    said = []
+    for work in (*calls, code):
+        with contextlib.redirect_stdout(io.StringIO()) as told:
+            if work is code:
+                exec(code, {})
+            else:
+                assert not app(work, prog_name="dolfingrip", standalone_mode=False), work
+        said.append(told.getvalue())
+    print(json.dumps(said), file=answers, flush=True)
 """
 
+Run = Callable[..., list[str]]
 
-def run(folder: Path, *calls: Sequence[str], then: str = "") -> list[str]:
-    """What commands print, one after another in one process; last what code does.
 
-    Args:
-        folder: that the process works in.
-        calls: arguments of each command.
-        then: code that follows.
+@pytest.fixture(scope="module")
+def run() -> Iterator[Run]:
+    """Runs commands in a process that has all plugins: one for all tests, as imports take seconds.
+
+    Its arguments are the folder to work in, a list of arguments for each command, and ``then``,
+    code that follows. It returns what each command printed, and last what the code did.
     """
-    code = f"{COMMANDS.format(calls=[list(call) for call in calls])}\nprint('$')\n{then}"
     files = [str(MADE_UP / f"{name}.py") for name in ADDITIONS.values()]
-    ended = subprocess.run(
-        [sys.executable, "-P", "-c", code], cwd=folder, capture_output=True, text=True, check=False,
-        env={**os.environ, VARIABLE: os.pathsep.join(files)},
-    )  # fmt: skip
-    assert ended.returncode == 0, ended.stderr
-    return [part.partition("\n")[2] for part in f"\n{ended.stdout}".split("\n$")[1:]]
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", PROCESS], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        text=True, env={**os.environ, VARIABLE: os.pathsep.join(files)},
+    ) as process:  # fmt: skip
+        assert process.stdin is not None
+        assert process.stdout is not None
+        asked, answers = process.stdin, process.stdout
+
+        def ran(folder: Path, *calls: Sequence[str], then: str = "") -> list[str]:
+            print(json.dumps([str(folder), calls, then]), file=asked, flush=True)
+            answer = answers.readline()
+            assert answer, "an error, which is told above, has ended the process"
+            return list(json.loads(answer))
+
+        yield ran
+        asked.close()
 
 
 def column(folder: Path, name: str) -> list[float]:
@@ -67,7 +89,7 @@ def column(folder: Path, name: str) -> list[float]:
         return [float(row[name]) for row in csv.DictReader(text)]
 
 
-def test_the_geometry_is_meshed_and_bends(tmp_path: Path) -> None:
+def test_the_geometry_is_meshed_and_bends(tmp_path: Path, run: Run) -> None:
     chosen = ("--set", "finger.kind=block", "--set", "mesh.size_mm=12",
               "--set", "mesh.edge_size_mm=12")  # fmt: skip
     pressed = ("--set", "experiment.max_pressure_kPa=10", "--set", "plate.contact_length_mm=5",
@@ -90,7 +112,7 @@ def test_the_geometry_is_meshed_and_bends(tmp_path: Path) -> None:
     assert "block.floor_mm" in told
 
 
-def test_the_law_pulls_and_is_fitted(tmp_path: Path) -> None:
+def test_the_law_pulls_and_is_fitted(tmp_path: Path, run: Run) -> None:
     pull = ("--set", "coupon.max_strain=0.5", "--set", "coupon.step_strain=0.5",
             "--set", "material.bulk_MPa=1000", "--set", "material.law=stiffening")  # fmt: skip
     readings = ROOT / "examples" / "coupons" / "ecoflex30_uniaxial.csv"
@@ -106,7 +128,7 @@ def test_the_law_pulls_and_is_fitted(tmp_path: Path) -> None:
     assert 'law = "stiffening"' in (tmp_path / "fit" / "material.toml").read_text(encoding="utf-8")
 
 
-def test_the_effect_is_displayed_and_tried(tmp_path: Path) -> None:
+def test_the_effect_is_displayed_and_tried(tmp_path: Path, run: Run) -> None:
     pull = ("--set", "coupon.max_strain=0.1", "--set", "coupon.step_strain=0.1")
     square = ("--set", "extensions.force_square.square_per_N=0.1")
     code = (
@@ -125,7 +147,7 @@ def test_the_effect_is_displayed_and_tried(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_quantity_is_traded_off(tmp_path: Path) -> None:
+def test_the_quantity_is_traded_off(tmp_path: Path, run: Run) -> None:
     """Against the mass, to which it is proportional: 36 g are printed in 9000 s."""
     quantities = ("--quantity", "mass_g", "--quantity", "print_time_s")
     varied = ("--parameter", "morph.xi1=-0.2:1:4", "--parameter", "morph.xi2=-0.5:1:4")
@@ -147,7 +169,7 @@ def test_the_quantity_is_traded_off(tmp_path: Path) -> None:
     assert chosen["gain"] == pytest.approx(chosen["fem"]["mass_g"] / original["fem"]["mass_g"] - 1)
 
 
-def test_the_food_lies_on_the_table(tmp_path: Path) -> None:
+def test_the_food_lies_on_the_table(tmp_path: Path, run: Run) -> None:
     code = (
         "from dolfingrip.config import load\n"
         "from dolfingrip.experiments.rigs.food import grasped\n"
@@ -159,7 +181,7 @@ def test_the_food_lies_on_the_table(tmp_path: Path) -> None:
     assert float(mass) == pytest.approx(mass_g, rel=0.03)
 
 
-def test_the_experiment_has_a_command(tmp_path: Path) -> None:
+def test_the_experiment_has_a_command(tmp_path: Path, run: Run) -> None:
     asked = ["stretch", "--rate", "1", "--out", "stretch"]
     shown, said, _ = run(tmp_path, ["--help"], asked)
     assert "Pull the material by a tenth" in shown
@@ -167,7 +189,7 @@ def test_the_experiment_has_a_command(tmp_path: Path) -> None:
     assert len(column(tmp_path / "stretch", "force_N")) == 2
 
 
-def test_the_result_file_is_on_a_page(tmp_path: Path) -> None:
+def test_the_result_file_is_on_a_page(tmp_path: Path, run: Run) -> None:
     code = (
         "from dolfingrip.plugins.tally import TallyFile\n"
         "TallyFile(days=(1, 2), printed=(3, 4)).write('tally')"

@@ -2,7 +2,8 @@
 
     scripts/run python -m benchmarks.track [--only NUMBER …] [--out out/track]
 
-renders 30 videos with settings drawn by seed, tracks them, and writes ``benchmarks/track.csv``.
+renders 38 videos with settings drawn by seed, the last 8 without marks, tracks them, and writes
+``benchmarks/track.csv``.
 Videos and answers are kept in ``--out``, so that a second call goes on. A video takes one to four
 minutes of one core.
 """
@@ -11,7 +12,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,23 +21,26 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from benchmarks.track.render import LENGTH_MM, Scene, render
-from benchmarks.track.shapes import shapes
-from dolfingrip.config import Config
+from benchmarks.track.shapes import SMALL, shapes
+from dolfingrip.config import Config, load
 from dolfingrip.files import table
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import frames, scale, track, watch
+from dolfingrip.tracking import family, frames, scale, track, watch
 from dolfingrip.tracking.asked import TrackAsked
+from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
 
 TABLE: Final = Path(__file__).parents[1] / "track.csv"
-COUNT: Final = 30
+COUNT: Final = 38
+MARKED: Final = 30
+"""Number of the first video of a finger without marks."""
 WIDE_90: Final = 1.645
 """Half the width of a 90 % interval, by the standard deviation."""
 COLOURS: Final = ((40, 40, 215), (190, 70, 30), (60, 165, 40), (30, 200, 230), (170, 40, 190))
 
 
 def scene(number: int) -> Scene:
-    """The settings of a video, by its number."""
+    """The settings of a video, by its number; the last ones have no marks."""
     rng = np.random.default_rng(7300 + number)
     sheet = number % 3 != 2
     size = [(1280, 720), (1920, 1080)][int(rng.integers(2))]
@@ -45,7 +50,7 @@ def scene(number: int) -> Scene:
     fingers = 2 if rng.random() < 0.2 else 1
     marks = "tags" if rng.random() < 0.2 and fingers == 1 else "dots"
     lag = float(rng.choice([0.0, rng.uniform(0.05, 0.3)]))
-    return Scene(
+    drawn = Scene(
         finger=str(rng.choice(["plain", "soft", "uneven"])), size_px=size, rate_hz=rate,
         seconds=48 / rate, tilt_deg=rng.uniform(0, 12), tilt_way_deg=rng.uniform(0, 360),
         distance_mm=view_mm * focal * size[0] / size[1], focal=focal, k1=rng.uniform(-0.1, 0.05),
@@ -58,6 +63,16 @@ def scene(number: int) -> Scene:
         shift_s=rng.uniform(-2, 5), lag_s=lag, light=bool(number % 2), seed=number,
         extra={"tag_mm": 8.0, "target": (12.0 if sheet else 0.0, 97.0 if sheet else 40.0, 0.0)},
     )  # fmt: skip
+    if number < MARKED:
+        return drawn
+    front = 10.5 + drawn.in_front_mm / 2  # the sheet is behind the finger's far side
+    return replace(drawn, finger="uneven", marks="none", fingers=1, count=8, in_front_mm=front)
+
+
+@cache
+def simulated() -> Family:
+    """Shapes of the finger as its configuration has it, without what a video hides."""
+    return family.simulate(load(overrides=SMALL), lambda done, total: None)
 
 
 def asked(own: Scene, truth: dict[str, np.ndarray]) -> TrackAsked:
@@ -68,7 +83,9 @@ def asked(own: Scene, truth: dict[str, np.ndarray]) -> TrackAsked:
         "fingers": own.fingers,
         "light_px": truth["light_px"] if own.light else None,
     }
-    if own.marks == "tags":
+    if own.marks == "none":
+        told |= {"family": simulated(), "count": own.count}
+    elif own.marks == "tags":
         told["tags"] = "4x4"
     else:
         told["count"] = own.count * own.fingers
@@ -76,6 +93,8 @@ def asked(own: Scene, truth: dict[str, np.ndarray]) -> TrackAsked:
         ends = np.round(truth["scale_px"] + rng.normal(0, 0.5, (2, 2)))
         told["scales"] = [Length.pointed_at(ends, LENGTH_MM)]
         told["clamp_px"] = truth["clamp_px"]
+        if own.marks == "none":
+            told["clamp_px"] = np.round(told["clamp_px"] + rng.normal(0, 0.5, 2))
     return TrackAsked(**told)
 
 

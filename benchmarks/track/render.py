@@ -32,9 +32,9 @@ class Scene:
         distance_mm: camera to sheet.
         focal: focal length by the longer side.
         k1: distortion.
-        in_front_mm: dots in front of the sheet.
+        in_front_mm: dots in front of the sheet; the finger's middle where there are none.
         sheet: whether there is one.
-        marks: ``dots`` or ``tags``.
+        marks: ``dots``, ``tags`` or ``none``.
         count: number of them.
         colour: of the dots, in blue, green and red.
         radius_mm: of the dots.
@@ -107,7 +107,9 @@ class Stage:
         rest = shapes.points_mm[0]
         self.side_mm = float(rest[:, 1].min())
         self.length_mm = float(rest[:, 2].max())
-        self.sheet_y = self.side_mm - AHEAD_MM + scene.in_front_mm
+        self.sheet_y = scene.in_front_mm
+        if scene.marks != "none":
+            self.sheet_y += self.side_mm - AHEAD_MM
         self._camera()
         self._marks()
         self._background()
@@ -141,6 +143,12 @@ class Stage:
 
     def _marks(self) -> None:
         s = self.scene
+        if s.marks == "none":  # truth on the middle of the back, whose points no one sees
+            self.z_mm = self.length_mm * np.arange(1, s.count + 1) / s.count
+            self.corners, self.weights = self.shapes.on_back(self.z_mm)
+            self.ahead = self.shapes.on_back(self.z_mm)
+            self.behind = self.shapes.on_back(self.z_mm - 1.5)
+            return
         low, x = 4.0, BACK_MM[s.marks]
         self.z_mm = np.linspace(low, self.length_mm - 2.0, s.count)
         self.corners, self.weights = self.shapes.on_side(self.z_mm, x)
@@ -156,7 +164,8 @@ class Stage:
 
         found = places(self.corners, self.weights)
         arm = places(*self.ahead) - places(*self.behind)
-        found[..., 1] = np.minimum(found[..., 1], self.side_mm) - AHEAD_MM  # the side swells
+        if self.scene.marks != "none":
+            found[..., 1] = np.minimum(found[..., 1], self.side_mm) - AHEAD_MM  # the side swells
         return found, np.arctan2(-arm[..., 0], arm[..., 2])
 
     def copies(self) -> list[np.ndarray]:
@@ -308,7 +317,7 @@ class Stage:
         if s.marks == "tags":
             dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
         for _ in self.copies():
-            for i in range(s.count):
+            for i in range(s.count if s.marks != "none" else 0):
                 if s.marks == "dots":
                     disc = pv.Disc(inner=0, outer=s.radius_mm, normal=(0, -1, 0), r_res=1, c_res=40)
                     disc = disc.triangulate()
@@ -376,7 +385,7 @@ class Stage:
     def foreground(self, skin_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Finger, clamp and marks, and how much of each pixel they cover."""
         marks, turns = self.marks(skin_mm[None])
-        n = self.scene.count
+        n = self.scene.count if self.scene.marks != "none" else 0
         for c, shift in enumerate(self.copies()):
             mirror = np.array([1 - 2 * c, 1, 1])
             self.skins[c].points = skin_mm * mirror + shift
@@ -491,7 +500,9 @@ def render(scene: Scene, shapes: Shapes, stem: Path) -> dict[str, np.ndarray]:
             np.array([[10.0, stage.sheet_y, 5.0], [10.0, stage.sheet_y, 5.0 + LENGTH_MM]])
         ),
         "z_mm": stage.z_mm,
-        "clamp_px": stage.project(np.array([[0.0, stage.side_mm - 0.4, 0.0]]))[0],
+        "clamp_px": stage.project(
+            np.array([[0.0, 0.0 if scene.marks == "none" else stage.side_mm - 0.4, 0.0]])
+        )[0],
     }  # fmt: skip
     np.savez(stem.with_suffix(".npz"), **truth)
     return truth

@@ -57,6 +57,21 @@ class Shapes:
             PchipInterpolator(self.pressures_kPa, self.points_mm, axis=0)(pressures_kPa)
         )
 
+    def on_back(self, z_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points on the middle of the back, as :meth:`on_side` has them.
+
+        Args:
+            z_mm: (k,) distances from the clamp at rest.
+        """
+        rest = self.points_mm[0]
+        nodes = np.flatnonzero((rest[:, 0] < 1e-6) & (np.abs(rest[:, 1]) < 1e-6))
+        nodes = nodes[np.argsort(rest[nodes, 2])]
+        z = rest[nodes, 2]
+        cell = np.clip(np.searchsorted(z, z_mm, "right") - 1, 0, len(z) - 2)
+        share = (z_mm - z[cell]) / (z[cell + 1] - z[cell])
+        corners = np.stack([nodes[cell], nodes[cell + 1], nodes[cell + 1]], axis=1)
+        return corners, np.stack([1 - share, share, 0 * share], axis=1)
+
     def on_side(self, z_mm: np.ndarray, x_mm: float) -> tuple[np.ndarray, np.ndarray]:
         """Points of the skin on the side near the back: triangles' corners and their weights.
 

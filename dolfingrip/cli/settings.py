@@ -585,9 +585,14 @@ class TrackSettings(ConfiguredSettings):
         measured_in="mm",
     )
     colour: str | None = option(None, "Colour of the dots: red, green, …, #rrggbb; default: found.")
-    dots: int | None = option(None, "Number of dots.", least=2, most=200)
+    dots: int | None = option(
+        None, "Number of dots, or of points on a silhouette's back.", least=2, most=200
+    )
     points: str | None = option(
         None, "Places of dots in the first frame: 'X,Y X,Y …' (px); or names of points in a file."
+    )
+    silhouette: bool = option(
+        False, "Follow the outline of a finger without marks, which --config and --set describe."
     )
     pick: bool = option(False, "Click the dots on the first frame, in the browser.")
     unit: Literal["px", "mm", "cm", "m", "in"] | None = option(

@@ -18,13 +18,14 @@ from dolfingrip.cli.console import Screen, check_writable, console, one_process
 from dolfingrip.cli.import_command import named
 from dolfingrip.cli.progress import shown
 from dolfingrip.cli.settings import TrackSettings
-from dolfingrip.config import ConfigError
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.files import table as tables
 from dolfingrip.files import whole
 from dolfingrip.importing.importing import read_log
 from dolfingrip.importing.told import Question, Told
-from dolfingrip.tracking import foreign, frames, show, track, watch
+from dolfingrip.tracking import family, foreign, frames, show, track, watch
 from dolfingrip.tracking.asked import TrackAsked, states_of
+from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
 from dolfingrip.tracking.sheet import SHEETS
 
@@ -51,6 +52,8 @@ def track_video(args: TrackSettings) -> None:
             watched, request = foreign.load(args.files[0], request, until_s)
     else:
         source = frames.open_frames(args.files, until_s)
+        if args.silhouette:
+            request = replace(request, family=_simulated(config, args, screen))
         if args.pick:
             request = replace(request, points_px=_picked(source, args, screen))
         with shown(screen, "frames", total=source.expected) as progress:
@@ -61,6 +64,17 @@ def track_video(args: TrackSettings) -> None:
         with shown(screen, "frames drawn", total=source.expected) as progress:
             show.show(source, tracked, args.out, progress)
     _tell(tracked, written, args, screen)
+
+
+def _simulated(config: Config, args: TrackSettings, screen: Screen) -> Family:
+    """The shapes of the configuration's finger, which start the search for its silhouette."""
+    for name in ("points", "tags", "colour", "pick", "first"):
+        if getattr(args, name):
+            raise ConfigError(f"--silhouette: allowed: without --{name}")
+    if args.fingers > 1:
+        raise ConfigError(f"--fingers {args.fingers}: allowed with --silhouette: 1")
+    with shown(screen, "simulated shapes", at_once=True) as progress:
+        return family.simulate(config, progress)
 
 
 def _picked(source: frames.FrameSource, args: TrackSettings, screen: Screen) -> np.ndarray:
@@ -129,7 +143,7 @@ def _has_points(args: TrackSettings) -> bool:
     """
     if not foreign.is_points(args.files[0]):
         return False
-    for name in ("light", "tags", "colour", "dots", "states", "pick"):
+    for name in ("light", "tags", "colour", "dots", "states", "pick", "silhouette"):
         if getattr(args, name):
             raise ConfigError(f"--{name}: {args.files[0]} has no pictures; allowed: with a video")
     if len(args.files) > 1:

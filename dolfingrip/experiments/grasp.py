@@ -26,7 +26,6 @@ from dolfingrip.experiments.experiment import (
 from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import Stop, grasp_stops, lift_starts_s
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.supply import refuse_supply
 
 COARSE_MM: Final = 8.4
 """Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
@@ -117,7 +116,8 @@ class Grasp(Experiment):
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
         config.release.refuse("a grasp")
-        refuse_supply(config.supply)
+        if config.supply is not None and config.supply.source == "syringe":
+            raise ConfigError('supply.source = "syringe": a grasp: allowed: another source')
         dynamic, gripper = config.experiment.dynamic, config.gripper
         if dynamic and gripper.lift_acceleration_m_s2 is None:
             raise ConfigError(

@@ -12,6 +12,7 @@ import tomlkit
 
 from dolfingrip.channels import (
     AIR_SUPPLY,
+    CAVITY_PRESSURE,
     CHANNELS,
     ENERGIES,
     OBSTACLE,
@@ -39,6 +40,7 @@ from dolfingrip.files.whole import GrowingFile
 from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.sections.supply import AirLine
 
 EFFORT = {
     "iterations": "Newton iterations since the reading before",
@@ -71,11 +73,13 @@ def columns(
         several += [supply_of(name).name for name in config.cavity.own]
         line = of_line(config.camera.markers, curve=config.curve is not None)
         pressed = () if config.obstacle is None else OBSTACLE
-        supplied = () if config.supply is None else AIR_SUPPLY
         moving = ENERGIES if config.experiment.dynamic else ()
-        several += [c.name for c in (*line, *pressed, *supplied, *moving)]
+        several += [c.name for c in (*line, *pressed, *moving)]
     instrumental = {c.name for c in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in instrumental]
+    if config is not None and config.supply is not None and AirLine.felt_on(experiment.parts):
+        of_air = (c.name for c in (CAVITY_PRESSURE, *AIR_SUPPLY))
+        several += [name for name in of_air if name not in instrumental]
     ends = (end for name in banded for end in of_band(name))
     return (*WHO, *shared, *(c.name for c in experiment.columns), *several, *EFFORT, *ends)
 

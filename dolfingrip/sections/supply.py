@@ -38,7 +38,7 @@ def refuse_supply(supply: AirLine | None) -> None:
         ConfigError: one line, if there is one.
     """
     if supply is not None:
-        why = "the pressure is prescribed here; allowed: with bend, force and cycle"
+        why = "the pressure is prescribed here; allowed: with bend, force, cycle and grasp"
         raise ConfigError(f"supply = a table: {why}")
 
 

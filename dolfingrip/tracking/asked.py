@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
 
 
@@ -20,6 +21,7 @@ class TrackAsked:
         colour, count, points_px: of the dots; see :func:`~dolfingrip.tracking.dots.learn`.
         tags: family of tags; None: dots.
         tag_mm: side of a tag.
+        family: shapes of a finger without marks; None: dots or tags.
         fingers: number of them.
         scales: known lengths.
         clamp_px: where the clamp holds the back.
@@ -42,6 +44,7 @@ class TrackAsked:
     points_px: np.ndarray | None = None
     tags: str | None = None
     tag_mm: float | None = None
+    family: Family | None = None
     fingers: int = 1
     scales: Sequence[Length] = ()
     clamp_px: np.ndarray | None = None

@@ -57,6 +57,7 @@ class Body:
         draws: readings by other cameras that fit what was seen, of the same tilt where nothing
             tells it.
         rest_mm: (points, 2) x and z at rest.
+        on_back: whether the points are those that divide the middle of the back equally.
         frame: where the finger is in the plane of bending.
         from_clamp: whether places count from the clamp.
         bends: the side of the picture to which it bends.
@@ -72,6 +73,7 @@ class Body:
     common: dict[str, Floats]
     draws: list[dict[str, Floats]]
     rest_mm: Floats
+    on_back: bool
     frame: Frameless
     from_clamp: bool
     bends: str
@@ -127,7 +129,12 @@ def read(
         return _readings(turned.of(places_mm), tags, at_rest, np.isfinite(turned.origin_mm).all())
 
     def drawn(of: Calibration) -> list[dict[str, Floats]]:
-        return [values(points.px, points.corners_px, draw) for draw in of.draws(DRAWS, generator)]
+        draws = of.draws(DRAWS, generator)
+        shared = np.zeros((DRAWS, 1, 1, 2)) if points.shared_px is None else points.shared_px
+        return [
+            values(points.px + off, points.corners_px, draw)
+            for off, draw in zip(shared, draws, strict=True)
+        ]
 
     readings = values(points.px, points.corners_px, None)
     draws = drawn(camera.square)
@@ -155,7 +162,7 @@ def read(
         compared.insert(0, ANGLE.name)
     return Body(
         readings, _spread(readings, noisy), common, draws,
-        np.nanmedian(frame.of(plane[at_rest]), axis=0), frame,
+        np.nanmedian(frame.of(plane[at_rest]), axis=0), points.shared_px is not None, frame,
         from_clamp, bends, askew, compared, defined,
     )  # fmt: skip
 

@@ -67,8 +67,9 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
             return tuple((float(x), float(z)) for x, z in plane_mm.round(3))
 
         ends_px = calibration.ends_px
+        at_rest = [[float(x), float(z)] for x, z in body.rest_mm.round(3)]
         camera = Camera.model_validate({
-            "markers": [[float(x), float(z)] for x, z in body.rest_mm.round(3)],
+            "markers": len(at_rest) if body.on_back else at_rest,
             "distance_mm": round(calibration.distance_mm, 1),
             "centre_mm": places(middle_px[None])[0],
             "scale_mm": None if ends_px is None else places(ends_px),

@@ -14,8 +14,7 @@ from dolfingrip.tracking import body, formats, order
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.formats import PointTable
 from dolfingrip.tracking.plane import Length
-from dolfingrip.tracking.points import TrackedPoints
-from dolfingrip.tracking.watch import Watched
+from dolfingrip.tracking.points import TrackedPoints, Watched
 
 LIKELY: Final = 0.6
 """A point of less likelihood is lost, as DeepLabCut's own cut-off has it."""

@@ -19,15 +19,20 @@ COLOURS: Final = ((255, 120, 0), (0, 140, 255), (40, 180, 40), (200, 60, 200))
 HEIGHT_PX: Final = 540
 """Of the video, at most."""
 HALO: Final = (255, 255, 255)
+OUTLINE: Final = (0, 220, 255)
 
 
-def drawn(image: Image, fingers: Sequence[np.ndarray], text: str, scale: float = 1.0) -> Image:
+def drawn(
+    image: Image, fingers: Sequence[np.ndarray], text: str, outline: np.ndarray | None = None,
+    scale: float = 1.0,
+) -> Image:  # fmt: skip
     """Draw points over a picture.
 
     Args:
         image: in blue, green and red; it is not changed.
         fingers: (n, 2) places of each finger's points in order, px of the frame; NaN: lost.
         text: one line in the corner.
+        outline: (n, 2) of a simulated finger, px of the frame; None or without points: none.
         scale: size of the picture drawn by that of the frame.
     """
     import cv2
@@ -39,6 +44,9 @@ def drawn(image: Image, fingers: Sequence[np.ndarray], text: str, scale: float =
         else image.copy()
     )
     thick = max(1, round(height / 500))
+    if outline is not None and len(outline):
+        shape = np.round((outline + 0.5) * scale - 0.5).astype(np.int32)
+        cv2.polylines(picture, [shape], True, OUTLINE, thick, cv2.LINE_AA)
     for i, points in enumerate(fingers):
         places = (points + 0.5) * scale - 0.5
         there = [
@@ -81,7 +89,7 @@ def picture(file: Path, image: Image) -> None:
 @contextmanager
 def overlaid(
     file: Path, rate_hz: float
-) -> Iterator[Callable[[Frame, Sequence[np.ndarray], str], None]]:
+) -> Iterator[Callable[[Frame, Sequence[np.ndarray], str, np.ndarray | None], None]]:
     """Write a video of at most :data:`HEIGHT_PX` and 15 frames a second.
 
     Args:
@@ -97,9 +105,11 @@ def overlaid(
     options = {"preset": "veryfast", "crf": "26"}
     with video.growing(file, rate, "bgr24", options) as add_picture:
 
-        def add(frame: Frame, fingers: Sequence[np.ndarray], text: str) -> None:
+        def add(
+            frame: Frame, fingers: Sequence[np.ndarray], text: str, outline: np.ndarray | None
+        ) -> None:
             if frame.number % every == 0:
                 scale = min(1.0, HEIGHT_PX / frame.image.shape[0])
-                add_picture(drawn(frame.image, fingers, text, scale))
+                add_picture(drawn(frame.image, fingers, text, outline, scale))
 
         yield add

@@ -126,6 +126,20 @@ class Calibration:
         """
         return _to_plane(self.mean if unknowns is None else unknowns, self.size_px, points_px)
 
+    def pixels(self, plane_mm: Floats, deeper_mm: Floats) -> Floats:
+        """Where points are seen.
+
+        Args:
+            plane_mm: (…, 2) u and v in the plane of bending.
+            deeper_mm: (…) distance behind that plane.
+
+        Returns:
+            (…, 2) in px.
+        """
+        solid = np.concatenate([plane_mm, (deeper_mm - self.mean[FRONT])[..., None]], axis=-1)
+        seen = _to_pixels(self.mean, self.size_px, solid.reshape(-1, 3))
+        return np.asarray(seen.reshape(plane_mm.shape))
+
     def draws(self, count: int, generator: np.random.Generator) -> Floats:
         """Cameras (count, 14) that fit what was seen.
 
@@ -230,13 +244,12 @@ def _to_plane(unknowns: Floats, size_px: tuple[int, int], points_px: Floats) -> 
     return np.asarray(places.reshape(np.shape(points_px)))
 
 
-def _to_pixels(unknowns: Floats, size_px: tuple[int, int], sheet_mm: Floats) -> Floats:
-    """Points of the sheet (n, 2) in the picture (n, 2)."""
+def _to_pixels(unknowns: Floats, size_px: tuple[int, int], solid_mm: Floats) -> Floats:
+    """Points (n, 3), of which u and v are along the sheet, in the picture (n, 2)."""
     import cv2
 
-    solid = np.column_stack([sheet_mm, np.zeros(len(sheet_mm))])
     pixels, _ = cv2.projectPoints(
-        solid, np.asarray(unknowns[TURN]), _place(unknowns), _matrix(unknowns, size_px),
+        solid_mm, np.asarray(unknowns[TURN]), _place(unknowns), _matrix(unknowns, size_px),
         _lens(unknowns),
     )  # fmt: skip
     return np.asarray(pixels.reshape(-1, 2))
@@ -284,7 +297,7 @@ def of_sheet(
     begin[10] = np.log(place[2].item())
 
     def corners(unknowns: Floats) -> Floats:
-        return (_to_pixels(unknowns, size_px, sheet_mm) - seen_px).ravel()
+        return (_to_pixels(unknowns, size_px, solid) - seen_px).ravel()
 
     noise = POLICY.corner_px
     for _ in range(3):  # the noise of the corners is that of what is left

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+
+from dolfingrip.tracking.plane import Length
 
 ORDINARY_PX: Final = 0.3
 """Standard deviation of a place where its jumps do not tell it."""
@@ -29,6 +32,7 @@ class TrackedPoints:
         corners_px: (frames, points, 4, 2) of tags; None of dots.
         radius_px: of dots, whose middle is uncertain where a part is hidden; 0: of tags.
         unit: ``mm`` where another program has turned pixels into it.
+        shared_px: (draws, frames, points, 2) errors that all frames have in common; None: none.
     """
 
     names: list[str]
@@ -38,6 +42,7 @@ class TrackedPoints:
     corners_px: np.ndarray | None = None
     radius_px: float = 0.0
     unit: str = "px"
+    shared_px: np.ndarray | None = None
 
     def part(self, points: np.ndarray) -> TrackedPoints:
         """Some of the points, in an order of their own.
@@ -47,7 +52,8 @@ class TrackedPoints:
         """
         corners = None if self.corners_px is None else self.corners_px[:, points]
         px, seen = self.px[:, points], self.seen[:, points]
-        return replace(self, px=px, seen=seen, corners_px=corners)
+        shared = None if self.shared_px is None else self.shared_px[:, :, points]
+        return replace(self, px=px, seen=seen, corners_px=corners, shared_px=shared)
 
     def noise_px(self) -> np.ndarray:
         """(frames, points) standard deviations of the places.
@@ -70,3 +76,32 @@ class TrackedPoints:
             if len(finite) > 10:
                 std_px[i] = 1.4826 * float(np.median(np.abs(finite - np.median(finite))))
         return std_px
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Points, corners and light that one pass over the frames has found.
+
+    Attributes:
+        points: of all fingers.
+        fingers: numbers of the points along each finger, from the clamp.
+        corners: places on the sheet and in the picture (px) in frames that show the sheet.
+        light: (frames,) brightness.
+        size_px: width and height.
+        lengths: by which another program has calibrated them.
+        in_space: whether a motion capture has measured them.
+        notes: sentences on the points.
+        doubts: sentences on what may be wrong with them.
+        outlines: (n, 2) px of a finger without marks, by frame.
+    """
+
+    points: TrackedPoints
+    fingers: list[np.ndarray]
+    corners: list[tuple[np.ndarray, np.ndarray]]
+    light: np.ndarray
+    size_px: tuple[int, int]
+    lengths: Sequence[Length] = ()
+    in_space: bool = False
+    notes: Sequence[str] = ()
+    doubts: Sequence[str] = ()
+    outlines: Sequence[np.ndarray] = ()

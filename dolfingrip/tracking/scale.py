@@ -11,7 +11,7 @@ from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import plane
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.plane import Calibration, Length
-from dolfingrip.tracking.watch import Watched
+from dolfingrip.tracking.points import Watched
 
 MOVED_PX: Final = 0.5
 """Motion of the sheet's corners from which on the camera moved."""

@@ -43,17 +43,18 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> li
             if frame.number >= len(points.names):
                 break
             fingers = [points.px[frame.number, finger] for finger in watched.fingers]
+            outline = watched.outlines[frame.number] if watched.outlines else None
             text = _caption(tracked, frame)
             if video is not None:
-                video(frame, fingers, text)
+                video(frame, fingers, text, outline)
             if frame.number == 0 or not moving:
                 stem = "first" if moving else re.sub(r"\W+", "_", Path(frame.name).stem)
                 written.append(out / f"overlay_{stem}.png")
-                overlay.picture(written[-1], overlay.drawn(frame.image, fingers, text))
+                overlay.picture(written[-1], overlay.drawn(frame.image, fingers, text, outline))
             if frame.number in doubts:
                 words = f"{frame.name}: {doubts[frame.number]}"
                 file = out / "doubtful" / f"{frame.number:06d}.png"
-                overlay.picture(file, overlay.drawn(frame.image, fingers, words))
+                overlay.picture(file, overlay.drawn(frame.image, fingers, words, outline))
             progress(frame.number + 1, len(points.names))
     return written
 

@@ -22,8 +22,8 @@ from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.body import Body
 from dolfingrip.tracking.errors import shared
 from dolfingrip.tracking.plane import Calibration
+from dolfingrip.tracking.points import Watched
 from dolfingrip.tracking.scale import calibrate
-from dolfingrip.tracking.watch import Watched
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,8 @@ def understand(
         ConfigError: one line, where scale, clock or states are missing.
     """
     width = float(getattr(config.geometry, "width_mm", 20.0))
+    if request.family is not None:
+        width = request.family.width_mm / 2
     camera = calibrate(watched, request, width)
     fingers = []
     for numbers in watched.fingers:

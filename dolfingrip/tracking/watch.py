@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import body, dots, order, overlay
+from dolfingrip.tracking import body, dots, order, overlay, scale
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.follow import Follower
 from dolfingrip.tracking.frames import Frame, FrameSource, Image
-from dolfingrip.tracking.plane import Length
-from dolfingrip.tracking.points import TrackedPoints
+from dolfingrip.tracking.points import TrackedPoints, Watched
 from dolfingrip.tracking.sheet import SHEETS, PrintedSheet
+from dolfingrip.tracking.silhouette import Silhouette
 from dolfingrip.tracking.tags import Tags
 
 SHEET_EVERY_S: Final = 0.5
@@ -24,35 +23,11 @@ SHEET_EVERY_S: Final = 0.5
 LIGHT_PX: Final = 3
 """Half the side of the part of a picture whose brightness is that of a light."""
 
+BACK_POINTS: Final = 8
+"""Number of points on the back of a finger without marks."""
+
 Show = Callable[[int, int], None]
 """Gets the number of frames done, and of all."""
-
-
-@dataclass(frozen=True)
-class Watched:
-    """Points, corners and light that one pass over the frames has found.
-
-    Attributes:
-        points: of all fingers.
-        fingers: numbers of the points along each finger, from the clamp.
-        corners: places on the sheet and in the picture (px) in frames that show the sheet.
-        light: (frames,) brightness.
-        size_px: width and height.
-        lengths: by which another program has calibrated them.
-        in_space: whether a motion capture has measured them.
-        notes: sentences on the points.
-        doubts: sentences on what may be wrong with them.
-    """
-
-    points: TrackedPoints
-    fingers: list[np.ndarray]
-    corners: list[tuple[np.ndarray, np.ndarray]]
-    light: np.ndarray
-    size_px: tuple[int, int]
-    lengths: Sequence[Length] = ()
-    in_space: bool = False
-    notes: Sequence[str] = ()
-    doubts: Sequence[str] = ()
 
 
 def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Watched:
@@ -79,7 +54,7 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
             first = frame
             sheet = max(SHEETS.values(), key=lambda printed: len(printed.find(frame.image)[0]))
             try:
-                follower, fingers = _begin(frame.image, request)
+                follower, fingers = _begin(frame.image, request, sheet)
             except ConfigError as error:
                 overlay.picture(out / "seen.png", frame.image)
                 raise ConfigError(
@@ -90,7 +65,7 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
             sighting = sheet.find(frame.image)
             corners += [sighting] if len(sighting[0]) else []
             sought = frame.time_s
-        jumps = np.isnan(frame.time_s) and isinstance(follower, Follower)
+        jumps = np.isnan(frame.time_s) and not isinstance(follower, Tags)
         step = follower.anew if jumps else follower.step
         px, seen, *tag_corners = step(frame.image)
         names.append(frame.name)
@@ -106,6 +81,9 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
         np.array(tags) if tags else None,
         follower.radius_px,
     )  # fmt: skip
+    outlines: list[np.ndarray] = []
+    if isinstance(follower, Silhouette):
+        points, outlines = follower.completed(points), follower.outlines
     fingers = [way if body.clamp_end_first(points.px[:, way]) else way[::-1] for way in fingers]
     return Watched(
         points,
@@ -113,11 +91,22 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
         corners,
         np.array(light),
         (first.image.shape[1], first.image.shape[0]),
+        outlines=outlines,
     )
 
 
-def _begin(image: Image, request: TrackAsked) -> tuple[Any, list[np.ndarray]]:
+def _begin(image: Image, request: TrackAsked, sheet: PrintedSheet) -> tuple[Any, list[np.ndarray]]:
     """Begin to follow points; returns what does so, and the order along each finger."""
+    if request.family is not None:
+        nothing = TrackedPoints([], np.zeros(0), np.zeros((0, 0, 2)), np.zeros((0, 0)))
+        sighting = sheet.find(image)
+        size = image.shape[1], image.shape[0]
+        corners = [sighting] if len(sighting[0]) else []
+        seen = Watched(nothing, [], corners, np.zeros(0), size)
+        camera = scale.calibrate(seen, request, request.family.width_mm / 2)
+        count = request.count or BACK_POINTS
+        back = Silhouette(request.family, camera, image, request.clamp_px, request.side, count)
+        return back, [np.arange(count)]
     if request.tags is not None:
         tags = Tags(request.tags, image)
         return tags, order.fingers(tags.places, request.fingers)

@@ -21,8 +21,6 @@ TIMES_s = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 3.0, 3.25, 3.5, 3.75, 4.0)
 PRESSURES_kPa = (0, 15, 30, 45, 60, 60, 60, 45, 30, 15, 0)
 BRANCHES = ("loading",) * 5 + ("hold",) * 2 + ("unloading",) * 4
 NOISE = {"angle_deg": 0.03, "force_N": 0.002}
-FEW = ("mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false")
-"""Elements of a finger of which only the times matter, whose bellows do not touch."""
 TOLD = """experiment = ["bending", "blocked_force"]
 [noise]
 angle_deg = 0.03
@@ -37,7 +35,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     way = {"time_s": TIMES_s, "pressure_kPa": PRESSURES_kPa, "branch": BRANCHES}
-    late = small.short(*FEW, "plate.gap_mm=0.1", f"extensions.angle_lag.tau_s={TAU_S}")
+    late = small.short(*small.FEW, "plate.gap_mm=0.1", f"extensions.angle_lag.tau_s={TAU_S}")
     lines = ["experiment,branch,time_s,pressure_kPa,angle_deg,force_N"]
     for name in experiments:
         column = "angle_deg" if name == "bending" else "force_N"
@@ -50,7 +48,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
             lines.append(f"{name},{branch},{time_s},{pressure},{entry}")
     file = written(folder, "\n".join(lines) + "\n", TOLD)
     settings = DiagnosisSettings(effects=("angle_lag", "line_lag", "angle_gain"))
-    config = small.short(*FEW)
+    config = small.short(*small.FEW)
     return diagnose_measurement(read([file], config), config, Here(store), settings)
 
 

@@ -335,6 +335,24 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path], hal
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
 
 
+def test_a_tank_fills_the_fingers_of_a_gripper(half: Result) -> None:
+    """They lag behind the regulator while they close, then hold as a prescribed pressure does."""
+    tank = ("supply.source=tank", "supply.tank_cm3=100", "supply.valve_dm3_per_s_bar=0.02")
+    supplied = grasped(*LIGHT, *tank)
+    assert supplied.outcome is not None
+    assert supplied.outcome.kind is GraspKind.PICKED_UP
+    asked, held = supplied.column("pressure_kPa"), supplied.column("cavity_pressure_kPa")
+    print("pressures (kPa)", asked, held)
+    assert held[1] < asked[1] - 0.5
+    assert held[-1] == pytest.approx(asked[-1], abs=0.01)
+    assert (np.diff(supplied.column("source_kPa")) <= 1e-9).all()
+    assert np.abs(supplied.column("air_error")).max() < 1e-6
+    for name in ("normal_A_N", "normal_B_N", "angle_B_deg"):
+        assert supplied.rows[-1][name] == pytest.approx(half.rows[-1][name], rel=0.01)
+    last = supplied.rows[-1]
+    assert abs(last["energy_error_mJ"]) < 0.01 * last["pressure_mJ"]
+
+
 @pytest.mark.slow
 def test_a_slow_lift_with_inertia_is_the_quasi_static_one(half: Result) -> None:
     """Where it hardly accelerates, there is nothing to swing."""

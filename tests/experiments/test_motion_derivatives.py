@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support import differences, small, taylor
@@ -14,27 +16,33 @@ from dolfingrip.experiments.request import Place, Request
 from dolfingrip.parameter import find
 from dolfingrip.sections.tables import assignments
 
-FIVE = ("finger.bellows=5", "finger.length_mm=64", "mesh.size_mm=10", "mesh.edge_size_mm=10")
 KEYS = (
     "material.mu_MPa", "material.density_kg_m3", "extensions.loss_factor.loss_factor",
     "extensions.tip_mass.mass_g",
 )  # fmt: skip
+SHAPED = (*KEYS, "finger.base_layer_mm")
 COLUMNS = ("angle_deg", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3")
 
 
-def five(*more: str) -> Config:
-    """A finger of five bellows in motion, solved to rounding."""
-    given = [*differences.SHORT, *FIVE, *differences.MOTION, *more]
-    return config.load(None, assignments(given))
+def short(*more: str) -> Config:
+    """A finger of two bellows in motion, solved to rounding."""
+    sizes = ("mesh.size_mm=10", "mesh.edge_size_mm=10")
+    return config.load(None, assignments([*differences.SHORT, *sizes, *differences.MOTION, *more]))
+
+
+@pytest.fixture(scope="module")
+def derived() -> tuple[list[dict[str, float]], list[dict[str, int | float | str]]]:
+    """Readings at all stops, and their derivatives."""
+    at = short()
+    return differences.derivatives("bending", at, find(at, list(SHAPED)))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", [*KEYS, "finger.base_layer_mm"])
-def test_what_a_derivative_leaves_is_of_second_order(key: str) -> None:
+@pytest.mark.parametrize("key", SHAPED)
+def test_what_a_derivative_leaves_is_of_second_order(key: str, derived: Any) -> None:
     """Taylor's remainders of readings over time, in parts of their largest values."""
-    at = five()
+    at, (base, slopes) = short(), derived
     (parameter,) = find(at, [key])
-    base, slopes = differences.derivatives("bending", at, [parameter])
     sizes = {name: max(abs(row[name]) for row in base) for name in COLUMNS}
 
     def table(rows: list[dict[str, float]]) -> np.ndarray:
@@ -44,7 +52,7 @@ def test_what_a_derivative_leaves_is_of_second_order(key: str) -> None:
         return table(differences.shifted("bending", at, {parameter: parameter.scale}, part))
 
     slope = table(differences.by_parameter(slopes, key, parameter.scale))
-    assert taylor.rates(moved, slope, 0.1)[:4] == pytest.approx(2.0, abs=0.1)
+    assert taylor.rates(moved, slope, 0.1, halvings=4) == pytest.approx(2.0, abs=0.1)
 
 
 def test_derivatives_in_time_take_no_factorisations() -> None:
@@ -85,4 +93,4 @@ def test_bands_in_motion_are_linear() -> None:
 
 def test_refusals() -> None:
     with pytest.raises(ConfigError, match="dynamic = true: readings at a place: allowed: false"):
-        Request.of("bend", five(), places=(Place("angle_deg", 5.0),))
+        Request.of("bend", short(), places=(Place("angle_deg", 5.0),))

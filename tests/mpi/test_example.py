@@ -6,6 +6,8 @@ import pytest
 from mpi4py import MPI
 from support.example import load
 
+pytestmark = pytest.mark.two_ranks
+
 ONE_RANK_deg = 6.958811581
 
 

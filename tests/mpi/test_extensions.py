@@ -15,6 +15,8 @@ from dolfingrip.extensions.mooney_rivlin import MooneyRivlin
 from dolfingrip.extensions.plate_friction import PlateFriction
 from dolfingrip.sections.tables import assignments
 
+pytestmark = pytest.mark.two_ranks
+
 WORLD = MPI.COMM_WORLD
 CYCLES = (
     "contact.self_contact=false",

@@ -8,6 +8,8 @@ from support import small, stored
 
 from dolfingrip.experiments import run
 
+pytestmark = pytest.mark.two_ranks
+
 CLOSING = (
     *("food.width_mm=14", "food.length_mm=30", "food.height_mm=24", "food.density_kg_m3=300"),
     *("gripper.pose=pinch", "gripper.clearance_mm=1", "gripper.step_s=0.5", "gripper.lift_mm=1"),

@@ -65,7 +65,7 @@ def test_blocked_finger_with_bellows_in_contact() -> None:
     _compare("blocked", result)
 
 
-@pytest.mark.parametrize("acceleration", [0.0, 9.81])
+@pytest.mark.parametrize("acceleration", [pytest.param(0.0, marks=pytest.mark.two_ranks), 9.81])
 def test_gradient_of_the_blocked_force(acceleration: float) -> None:
     weight = {"acceleration_m_s2": acceleration, "direction": [-1.0, 0.0, 0.0]}
     tilted = config.from_dict(
@@ -79,7 +79,7 @@ def test_gradient_of_the_blocked_force(acceleration: float) -> None:
     stored.compare(f"gradient at {acceleration} m/s²", found, rtol=1e-7)
 
 
-@pytest.mark.parametrize("case", ["free", "blocked"])
+@pytest.mark.parametrize("case", [pytest.param("free", marks=pytest.mark.two_ranks), "blocked"])
 def test_multigrid_finds_what_factors_find(case: str) -> None:
     """The reference is the direct solver's on one rank."""
     settings = (FREE if case == "free" else BLOCKED).changed(solver={"linear": "iterative"})
@@ -100,6 +100,7 @@ def test_free_finger_without_contact(shared: Path) -> None:
         assert len((shared / "result.csv").read_text().splitlines()) == 1 + len(result.rows)
 
 
+@pytest.mark.two_ranks
 def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
     settings = small.short(
         *STRICT, "mesh.half=false", "solver.element=P1", "plate.tilt_deg=10",
@@ -120,6 +121,7 @@ def test_stiffness_at_the_tip_of_a_hanging_finger() -> None:
     stored.compare("hanging, stiffness", stiffness, rtol=1e-7)
 
 
+@pytest.mark.two_ranks
 def test_mixed_element_with_contact_led_by_volume() -> None:
     settings = small.short(
         *STRICT, "solver.element=P2-P1", "material.nu=0.4999", "finger.gap_mm=0.4",
@@ -132,6 +134,7 @@ def test_mixed_element_with_contact_led_by_volume() -> None:
     _compare("mixed, led by volume", result)
 
 
+@pytest.mark.two_ranks
 @pytest.mark.parametrize("element", ["P2", "P2-P1"])
 def test_a_damped_solve(element: str) -> None:
     """Damped and searched, the finger is the same as plain solves find it: those are stored."""
@@ -205,6 +208,7 @@ def test_any_error_on_rank_0_is_raised_on_all() -> None:
     assert WORLD.allreduce(1) == WORLD.size
 
 
+@pytest.mark.two_ranks
 def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
     file = shared / "finger.msh"
     settings = small.short()

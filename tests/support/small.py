@@ -23,6 +23,8 @@ SHORT = (
     "experiment.max_pressure_kPa=50",
 )
 """A quarter of the bellows and of the cost."""
+FEW = ("mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false")
+"""Still fewer elements, and bellows that do not touch: for a diagnosis, which simulates often."""
 
 SELF = MPI.COMM_SELF
 

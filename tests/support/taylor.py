@@ -9,12 +9,12 @@ import numpy as np
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.tangent import Tangent
 
-STEPS = 0.5 ** np.arange(7)
-"""Fractions of a direction; each halves the one before."""
-
 
 def rates(
-    function: Callable[[float], np.ndarray | float], slope: np.ndarray | float, longest: float
+    function: Callable[[float], np.ndarray | float],
+    slope: np.ndarray | float,
+    longest: float,
+    halvings: int = 6,
 ) -> np.ndarray:
     """Observed orders of ‖f(ε) − f(0) − ε f'(0)‖ between successive halvings of ε.
 
@@ -22,12 +22,16 @@ def rates(
         function: f along a direction.
         slope: the derivative f'(0) under test.
         longest: the first ε.
+        halvings: their number.
 
     Returns:
         Orders: 2 for the right derivative of a curved f, 1 for a wrong one.
     """
     base = function(0.0)
-    size = [np.linalg.norm(function(e) - base - e * slope) for e in longest * STEPS]
+    size = [
+        np.linalg.norm(function(e) - base - e * slope)
+        for e in longest * 0.5 ** np.arange(halvings + 1)
+    ]
     found = np.log2(np.array(size[:-1]) / np.array(size[1:]))
     print("remainders", size, "orders", found)
     return np.asarray(found)

@@ -29,7 +29,7 @@ from dolfingrip.parameter import find
 from dolfingrip.sections.section import EVERYWHERE
 from dolfingrip.sections.units import unit
 
-COUPON: Final = 0.05
+COUPON: Final = 0.1 / 2
 """Standard deviation of a modulus by a coupon of another print, relative."""
 
 

@@ -45,7 +45,8 @@ def settled_by(
     comparison = Comparison(
         analysis.measurement, analysis.errors.noise,
         block_diag(covariance, np.diag(np.square(problem.told_std))),
-        np.array([p for p, _ in open_]), [_so_far(analysis, fit) for fit in fits],
+        np.array([p for p, _ in open_]),
+        [_rival(analysis, fit, *problem.every_reading(fit.subset, fit.zeta)) for fit in fits],
         problem.policy, problem.elastic,
     )  # fmt: skip
     factor = analysis.factor(diagnosis.decision.best)
@@ -105,14 +106,6 @@ def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.nda
     acting, count = frozenset(problem.causes(fit.subset)), problem.nuisance_count
     change = problem.predicted(fit.subset, fit.zeta) - problem.predicted(NONE, fit.zeta[:count])
     return Rival(fit.zeta, readings, slopes, acting, count, change)
-
-
-def _so_far(analysis: Analysis, fit: MapFit) -> Rival:
-    """A hypothesis at the readings so far, and at numbers that were read by themselves."""
-    problem, subset, zeta = analysis.problem, fit.subset, fit.zeta
-    change, by = expected(problem.told, problem.unknowns(subset), zeta)
-    readings = np.append(problem.predicted(subset, zeta), change)
-    return _rival(analysis, fit, readings, np.vstack([problem.slopes(subset, zeta), by]))
 
 
 def _tested(

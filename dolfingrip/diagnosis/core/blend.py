@@ -46,6 +46,17 @@ class Tangents:
         """
         return cls(np.vstack([e.u for e in every]), np.concatenate([e.told for e in every]))
 
+    def beside(self, by: np.ndarray, start: np.ndarray) -> Tangents:
+        """Put readings that are linear in the coordinates below the others.
+
+        Args:
+            by: derivatives by u, shape (k, d).
+            start: coordinates where they are 0, shape (d,).
+        """
+        slopes = np.broadcast_to(by, (len(self.u), *by.shape))
+        linear = np.dstack([slopes @ (self.u - start)[..., None], slopes])
+        return replace(self, told=np.hstack([self.told, linear]))
+
     def rows(self, kept: np.ndarray) -> Tangents:
         """Restrict them to some of the readings."""
         return replace(self, told=self.told[:, kept])

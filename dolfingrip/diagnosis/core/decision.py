@@ -309,9 +309,10 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     without = posterior.best(others, level=best.level)
     total = problem.covariance + best.level**2 * problem.kernel
     total = total + problem.curves @ problem.curves.T
-    off = problem.value - problem.predicted(without.subset, without.zeta)
+    off = problem.every_value - problem.every_reading(without.subset, without.zeta)[0]
+    off, of_numbers = np.split(off, [len(problem.value)])
     free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
-    free += float(np.square(problem.told_missed(without.subset, without.zeta)).sum())
+    free += float(np.square(of_numbers / problem.told_std).sum())
     return 0.5 * (free - best.misfit) > problem.policy.log_odds
 
 

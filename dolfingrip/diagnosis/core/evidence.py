@@ -89,7 +89,8 @@ class InferenceProblem:
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
         largest: the largest reading of each one's channel, shape (n,); of all where None.
-        told: readings of numbers by themselves, which are independent of the others.
+        told: m readings of numbers by themselves, which are independent of the others. They stand
+            below these, each less what would be read of the model as configured.
         policy: numbers of the priors, and of how they are compared.
     """
 
@@ -127,24 +128,20 @@ class InferenceProblem:
         return len(self.always) - self.linear.shape[1]
 
     @property
-    def first_columns(self) -> int:
-        """Count of columns of readings, linear numbers and readings of numbers."""
-        return 1 + self.linear.shape[1] + len(self.told)
+    def every_value(self) -> np.ndarray:
+        """Readings, and those of numbers below them, shape (n + m,)."""
+        return np.append(self.value, [reading.change for reading in self.told])
 
-    @property
-    def told_change(self) -> np.ndarray:
-        """Readings of numbers less what would be read as configured, shape (m,)."""
-        return np.array([reading.value - reading.configured for reading in self.told])
+    @cached_property
+    def every_linear(self) -> np.ndarray:
+        """Changes of them by one standard deviation of numbers they are linear in, (n + m, l)."""
+        _, by = expected(self.told, self.always, np.zeros(self.nuisance_count))
+        return np.vstack([self.linear, by[:, self.simulated_count :]])
 
     @property
     def told_std(self) -> np.ndarray:
-        """Standard deviations of the readings of numbers, shape (m,)."""
+        """Standard deviations of readings of numbers, shape (m,)."""
         return np.array([reading.std for reading in self.told])
-
-    def told_missed(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
-        """What readings of numbers miss at ζ, by their standard deviations, shape (m,)."""
-        change, _ = expected(self.told, self.unknowns(subset), zeta)
-        return (self.told_change - change) / self.told_std
 
     @cached_property
     def levels(self) -> Mapping[float, CovarianceModel]:
@@ -153,9 +150,9 @@ class InferenceProblem:
 
     @cached_property
     def columns(self) -> dict[Subset, np.ndarray]:
-        """Which columns of Z each blend has; those that all hypotheses have come first."""
+        """Which columns of Z each blend has; those of readings and linear numbers come first."""
         counts = [blend.columns.shape[1] for blend in self.blends.values()]
-        ends = np.cumsum([self.first_columns, *counts]).tolist()
+        ends = np.cumsum([1 + self.linear.shape[1], *counts]).tolist()
         return {
             causes: np.arange(first, end)
             for causes, (first, end) in zip(self.blends, pairwise(ends), strict=True)
@@ -163,12 +160,12 @@ class InferenceProblem:
 
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
-        both = np.ix_(kept, kept)
+        both, every = np.ix_(kept, kept), np.append(kept, np.ones(len(self.told), bool))
         return replace(
             self, value=self.value[kept], base=self.base[kept], noise=self.noise[kept],
             linear=self.linear[kept], covariance=self.covariance[both], kernel=self.kernel[both],
             runs={causes: run.rows(kept) for causes, run in self.runs.items()},
-            blends={causes: blend.rows(kept) for causes, blend in self.blends.items()},
+            blends={causes: blend.rows(every) for causes, blend in self.blends.items()},
             curves=None if self.curves is None else self.curves[kept],
             largest=None if self.largest is None else self.largest[kept],
         )  # fmt: skip
@@ -185,7 +182,8 @@ class InferenceProblem:
             if not any({*acting} <= {*causes} for acting in new):
                 blends[causes] = self.blends[causes]
                 continue
-            simulated, numbers = runs[causes], problem._simulated(causes)
+            numbers = problem._simulated(causes)
+            simulated = runs[causes].beside(*linear_in(self.told, numbers))
             remaining = simulated.told.copy()
             for part in [blend for acting, blend in blends.items() if {*acting} < {*causes}]:
                 some = [numbers.index(number) for number in part.numbers]
@@ -195,7 +193,8 @@ class InferenceProblem:
             length = 1.0 if len(causes) > 1 else np.inf
             alone = Tangents(simulated.u, remaining)
             missed = self.policy.matters
-            blends[causes] = TangentBlend.of(numbers, alone, self.noise, length, missed)
+            noise = np.append(self.noise, self.told_std)
+            blends[causes] = TangentBlend.of(numbers, alone, noise, length, missed)
         self._hand_on(problem)
         return problem
 
@@ -267,12 +266,25 @@ class InferenceProblem:
         """Ranges of ζ of a hypothesis, (d, 2)."""
         return np.array([[number.low, number.high] for number in self.unknowns(subset)])
 
+    def every_reading(self, subset: Subset, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Readings at ζ, and those of numbers, (n + m,), and their derivatives by ζ, (n + m, d)."""
+        linear = self.every_linear
+        readings = linear @ zeta[self.simulated_count : self.nuisance_count]
+        slopes = np.zeros((len(linear), len(zeta)))
+        slopes[:, self.simulated_count : self.nuisance_count] = linear
+        for _, blend, which in self.parts(subset):
+            value, by = blend.with_slopes(zeta[None, which])
+            readings = readings + blend.columns @ value[0]
+            slopes[:, which] += blend.columns @ by[0]
+        return readings, slopes
+
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
-        readings = self.linear @ zeta[self.simulated_count : self.nuisance_count]
-        for _, blend, which in self.parts(subset):
-            readings = readings + blend.columns @ blend.at(zeta[None, which])[0]
-        return readings
+        return self.every_reading(subset, zeta)[0][: len(self.value)]
+
+    def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """Their derivatives by ζ, shape (n, d)."""
+        return self.every_reading(subset, zeta)[1][: len(self.value)]
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
@@ -283,14 +295,6 @@ class InferenceProblem:
         """Root mean square of a change of the readings, by the largest of each one's channel."""
         largest = np.abs(self.value).max() if self.largest is None else self.largest
         return float(np.sqrt(np.mean((change / largest) ** 2)))
-
-    def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
-        """Their derivatives by ζ, shape (n, d)."""
-        slopes = np.zeros((len(self.value), len(zeta)))
-        slopes[:, self.simulated_count : self.nuisance_count] = self.linear
-        for _, blend, which in self.parts(subset):
-            slopes[:, which] += blend.columns @ blend.with_slopes(zeta[None, which])[1][0]
-        return slopes
 
     def extrapolated(self, fit: MapFit) -> float:
         """ln of evidence that a fit's readings may miss, as they are not simulated.
@@ -378,8 +382,10 @@ class CovarianceModel:
         problem, before = self.problem, self.before
         if before is None:
             total = problem.covariance + self.level**2 * problem.kernel
+            total = scipy.linalg.block_diag(total, np.diag(problem.told_std**2))
             self._lower = scipy.linalg.cholesky(total, lower=True)
-            self._first = self.whitened(np.column_stack([problem.value, problem.linear]))
+            first = np.column_stack([problem.every_value, problem.every_linear])
+            self._first = self.whitened(first)
         else:
             self._lower, self._first = before._lower, before._first
         self._white: dict[Subset, np.ndarray] = {
@@ -389,40 +395,42 @@ class CovarianceModel:
             for causes, blend in problem.blends.items()
         }
         self.before = None
-        sizes = np.r_[np.diag(self._lower), problem.told_std]
-        self.log_det = float(2 * np.log(sizes).sum() + len(sizes) * np.log(2 * np.pi))
+        log_2_pi = len(self._lower) * float(np.log(2 * np.pi))
+        self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
 
     @cached_property
     def _whitened(self) -> np.ndarray:
-        """Z whitened, without what readings of numbers miss, with one more column of zeros."""
-        none = np.zeros((len(self._first), len(self.problem.told)))
-        return np.column_stack([self._first, none, *self._white.values(), np.zeros(len(none))])
+        """Z whitened, with one more column of zeros."""
+        return np.column_stack([self._first, *self._white.values(), np.zeros(len(self._first))])
 
     @cached_property
     def gram(self) -> np.ndarray:
         """G of all columns, with one more row and column of zeros."""
-        gram, last = self._whitened.T @ self._whitened, self.problem.first_columns
-        at = np.arange(last - len(self.problem.told), last)
-        gram[at, at] = 1.0
-        return np.asarray(gram)
+        return np.asarray(self._whitened.T @ self._whitened)
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
-        """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
-        return np.asarray(scipy.linalg.solve_triangular(self._lower, columns, lower=True))
+        """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k), with or without readings of numbers."""
+        lower = self._of_first(len(columns))
+        return np.asarray(scipy.linalg.solve_triangular(lower, columns, lower=True))
 
     def weighed(self, residual: np.ndarray) -> np.ndarray:
         """C⁻¹ r of a residual r, shape (n,)."""
-        return np.asarray(scipy.linalg.cho_solve((self._lower, True), residual))
+        return np.asarray(scipy.linalg.cho_solve((self._of_first(len(residual)), True), residual))
 
     def coloured(self, white: np.ndarray) -> np.ndarray:
         """L white: readings' errors of covariance C from independent ones, shape (n,)."""
-        return np.asarray(self._lower @ white)
+        return np.asarray(self._of_first(len(white)) @ white)
+
+    def _of_first(self, count: int) -> np.ndarray:
+        """L of so many readings, the first ones."""
+        return self._lower[:count, :count]
 
     def read(self, value: np.ndarray) -> CovarianceModel:
         """Return the model of other readings y, shape (n,), by the same columns."""
         other, gram = copy(self), self.gram.copy()
         other.problem = replace(self.problem, value=value)
-        other._whitened = np.column_stack([self.whitened(value), self._whitened[:, 1:]])
+        white = self.whitened(other.problem.every_value)
+        other._whitened = np.column_stack([white, self._whitened[:, 1:]])
         gram[0] = gram[:, 0] = other._whitened[:, 0] @ other._whitened
         other.gram = gram
         return other
@@ -539,20 +547,16 @@ class Hypotheses:
         problem = self.problem
         causes_of_each = dict.fromkeys(map(problem.causes, self.subsets))
         self._place = {causes: place for place, causes in enumerate(causes_of_each)}
-        self._told = problem.told_change / problem.told_std
         count = len(self._place)
         parts = [problem.parts(causes) for causes in self._place]
         boxes = [problem.box(causes) for causes in self._place]
-        self._policy, first = problem.policy, problem.first_columns
+        self._policy, first = problem.policy, 1 + problem.linear.shape[1]
         self._sizes = np.array([len(box) for box in boxes])
         self._ends = np.array([
             first + sum(blend.columns.shape[1] for _, blend, _ in blends) for blends in parts
         ])  # fmt: skip
         self._box = np.zeros((count, self._sizes.max(), 2))
         self._bent = np.zeros_like(self._box)
-        # how readings of numbers change with the coordinates, and these as configured
-        self._read = np.zeros((count, len(problem.told), self._sizes.max()))
-        self._start = np.zeros(self._box.shape[:2])
         self._tail = np.ones(self._box.shape[:2])
         self._columns = np.full((count, self._ends.max()), -1)
         self._columns[:, :first] = np.arange(first)
@@ -570,11 +574,8 @@ class Hypotheses:
             self._box[place, : len(box)] = box
             bends = [number.bend for number in problem.unknowns(subset)]
             self._bent[place, : len(box)] = bends
-            by, start = linear_in(problem.told, problem.unknowns(subset))
-            self._read[place, :, : len(box)] = by / problem.told_std[:, None]
-            self._start[place, : len(box)] = start
             self._tail[place, problem.nuisance_count : len(box)] = problem.tail(subset)
-            first = problem.first_columns
+            first = 1 + problem.linear.shape[1]
             for causes, _, numbers in blends:
                 part, rows = self._parts[at[causes]], np.arange(first, first + sizes[causes])
                 self._present[place, at[causes]] = True
@@ -612,11 +613,6 @@ class Hypotheses:
         slopes[:, 1 + np.arange(len(linear)), linear] = -1.0
         present, bent = self._present[of], self._bent[of, : zeta.shape[1]]
         u, rate = coordinates(zeta, bent[..., 0], bent[..., 1])
-        told = slice(1 + len(linear), self.problem.first_columns)
-        read = self._read[of, :, : zeta.shape[1]]
-        off = u - self._start[of, : zeta.shape[1]]
-        value[:, told] = self._told - (read @ off[..., None])[..., 0]
-        slopes[:, told] = -read * rate[:, None]
         for which in np.flatnonzero(present.any(axis=0)):
             part, at = self._parts[which], np.flatnonzero(present[:, which])
             rows, numbers, at = part.rows[of[at]], part.numbers[of[at]], at[:, None]
@@ -843,19 +839,12 @@ class Hypotheses:
         along = free.transpose(0, 2, 1)
         inner = along @ products.gram @ free + width[:, rig, None] ** -2 * np.eye(rig.stop)
         strengths = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
-        bent, size = self._bent[of], zeta.shape[1]
-        off = coordinates(zeta, bent[:, :size, 0], bent[:, :size, 1])[0] - self._start[of, :size]
-        last = self.problem.first_columns
-        told = slice(last - len(self._told), last)
         for part, present in zip(self._parts, self._present[of].T, strict=True):
             if len(part.causes) == 1:
                 at = np.flatnonzero(present)
                 change = np.zeros((len(at), b.shape[1], 1))
                 rows = part.rows[of[at]]
                 np.put_along_axis(change[..., 0], rows, b[at[:, None], rows], axis=1)
-                mine = part.numbers[of[at]][:, None, self.problem.simulated_count :]
-                read = np.take_along_axis(self._read[of[at]], mine, axis=2)
-                change[:, told, 0] = -(read * off[at[:, None, None], mine]).sum(axis=2)
                 pull = products.gram[at] @ change
                 cross = along[at] @ pull
                 left = (pull * change).sum(axis=(1, 2))
@@ -917,12 +906,9 @@ class Visibility:
 
     def strength(self, name: str, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
-        problem, both = self.problem, np.r_[self.at, zeta]
-        off = problem.told_missed(NONE, self.at) - problem.told_missed((name,), both)
-        white = np.r_[self.columns.whitened(self.change(name, zeta)), off]
-        _, by = expected(problem.told, problem.always, self.at)
-        read = by / problem.told_std[:, None]
-        free = np.vstack([self.columns.whitened(self.own), read])
+        with_it, _ = self.problem.every_reading((name,), np.r_[self.at, zeta])
+        without, own = self.problem.every_reading(NONE, self.at)
+        white, free = map(self.columns.whitened, (with_it - without, own))
         return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
 
 

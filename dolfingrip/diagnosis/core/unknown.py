@@ -188,6 +188,11 @@ class NumberReading:
     std: float
     value: float = np.nan
 
+    @property
+    def change(self) -> float:
+        """What is read less what would be of the model as configured."""
+        return self.value - self.configured
+
 
 def linear_in(
     readings: Sequence[NumberReading], unknowns: Sequence[Unknown]

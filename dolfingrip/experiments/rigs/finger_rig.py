@@ -18,6 +18,7 @@ from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.let_go import LetGo
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
+from dolfingrip.experiments.rigs.pneumatics import longest_step_s
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.tip_load import compliance_mm_per_N
 from dolfingrip.experiments.rigs.undeformed import load_domain
@@ -119,7 +120,7 @@ class FingerRig(Rig):
         if self._config.experiment.dynamic or self._config.solver.max_step_s is not None:
             longest["time_s"] = self._config.solver.max_step_s or LONGEST_S
         elif self._finger.air is not None:
-            longest["time_s"] = FILLINGS * self._finger.air.filling_s()
+            longest["time_s"] = longest_step_s(self._finger.air)
         if self._by_pressure or (self._finger.air and not self._finger.air.air.syringe):
             supplies = ("pressure_kPa", *(supply_of(name).name for name in self._config.cavity.own))
             return {**dict.fromkeys(supplies, self._config.solver.max_step_kPa), **longest}
@@ -308,9 +309,6 @@ as a fold that snaps makes it fall less, and of one that does not."""
 
 PAST = 1.25
 """Pressure by that at which walls are forecast to balloon, from which on folds do not help."""
-
-FILLINGS = 10.0
-"""Longest step in time with a supply of air, by the time in which it fills the cavity once."""
 
 LONGEST_S = 0.02
 """Longest step in time of a finger with inertia, if no other is asked for."""

@@ -12,7 +12,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
-from dolfingrip.channels import GRIPPER
+from dolfingrip.channels import CAVITY_PRESSURE, GRIPPER
 from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.protocol import (
     Stop,
@@ -23,6 +23,7 @@ from dolfingrip.experiments.protocol import (
 from dolfingrip.experiments.results.outcome import Moment, Ring, decided, judge
 from dolfingrip.experiments.rigs.food import MIRROR
 from dolfingrip.experiments.rigs.gripper import SETTLING_S, GripperModel, build_gripper
+from dolfingrip.experiments.rigs.pneumatics import longest_step_s, of_supply
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files.run import GraspOutcome
 from dolfingrip.mechanics.contact import force_closure
@@ -35,6 +36,8 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.policy import CorrectionPolicy, LagPolicy, NewtonPolicy, StepPolicy
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.path.policy import PathPolicy
+from dolfingrip.mechanics.readings.prescribed import ControlValue
+from dolfingrip.mechanics.readings.reading import Reading
 
 PRESSING_kPa = 1e3
 """kPa in MPa."""
@@ -323,7 +326,7 @@ class EnergyBook:
         """Stored energy (mJ): the potential without its pressure's part −p V."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         motion = gripper.motion
-        inert = (motion, *self._frictions)
+        inert = (motion, *self._frictions, gripper.finger.air)
         terms = [term for term in gripper.model.all_terms if not any(term is i for i in inert)]
         copies = gripper.model.domain.copies
         meshed = sum(term.value(dofs) for term in (*terms, *self._frictions))
@@ -365,6 +368,11 @@ class GraspRig(Rig):
         self.readings = {}
         self._config = config
         self._gripper, self.pressures = gripper, gripper.finger.pressures
+        self.air = gripper.finger.air
+        self._of_air: list[Reading] = []
+        if self.air is not None:
+            cavity = ControlValue(gripper.model, CAVITY_PRESSURE.name, gripper.finger.cavity)
+            self._of_air = [cavity, *of_supply(gripper.model, self.air)]
         roots = [stand.origin_mm[:2] for stand in gripper.stands]
         self._ring = Ring(
             min(float(np.linalg.norm(root)) for root in roots),
@@ -386,7 +394,8 @@ class GraspRig(Rig):
         return cls(config, gripper, profile)
 
     def longest(self) -> dict[str, float]:
-        steps_s = self._config.solver.max_step_s, self._config.gripper.step_s
+        filling_s = None if self.air is None else longest_step_s(self.air)
+        steps_s = self._config.solver.max_step_s, self._config.gripper.step_s, filling_s
         return {"time_s": min(step_s for step_s in steps_s if step_s is not None)}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
@@ -409,7 +418,8 @@ class GraspRig(Rig):
         model = self._gripper.model
         pressure = model.controls["pressure_kPa"].value
         time_s = model.time_s - SETTLING_S
-        return {"time_s": time_s, "pressure_kPa": pressure, **self._reads.read()}
+        air = {reading.column: reading.value() for reading in self._of_air}
+        return {"time_s": time_s, "pressure_kPa": pressure, **self._reads.read(), **air}
 
     def over(self) -> bool:
         """Return whether the food has left the fingers."""

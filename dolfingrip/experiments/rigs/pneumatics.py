@@ -86,6 +86,19 @@ class OfSupply(Reading):
         return self._number()
 
 
+FILLINGS: Final = 10.0
+"""Longest step in time with a supply of air, by the time in which it fills the cavity once."""
+
+
+def longest_step_s(supply: AirSupply) -> float:
+    """Return the longest step in time of a model with a supply.
+
+    Args:
+        supply: at rest.
+    """
+    return FILLINGS * supply.filling_s()
+
+
 def of_supply(model: Model, supply: AirSupply) -> list[Reading]:
     """Return the readings of a supply, one for each of :data:`~dolfingrip.channels.AIR_SUPPLY`.
 

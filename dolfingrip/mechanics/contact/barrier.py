@@ -35,6 +35,9 @@ PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMe
 UNALIGNED: Final = 3e-7
 """Part of an edge's length by which vertices are moved at random: no edges then lie on one line."""
 
+TINY: Final = 1e-12
+"""Square of the sine of the angle between edges that count as parallel."""
+
 MOVED: Final = 1e-4
 """Part of the barrier's width by which points move for derivatives by differences."""
 
@@ -309,17 +312,13 @@ class BarrierContact(Term):
         a, b, c = (now[faces[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        pairs = list(_known(self._pairs(now, reach_mm)))
-        if not pairs:
+        identities = np.array([key for key, _ in _known(self._pairs(now, reach_mm))], dtype=int)
+        if not len(identities):
             return np.inf
-        ids = np.array([pair.vertex_ids(edges, faces) for _, pair in pairs])
-        of_first = np.arange(4) < np.array([[PARTED[kind]] for (kind, _, _), _ in pairs])
-        apart = np.array([
-            pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))[0]
-            for _, pair in pairs
-        ])  # fmt: skip
+        ids, apart = _between(identities, now, edges, faces)
+        of_first = np.arange(4) < np.array(list(PARTED.values()))[identities[:, :1]]
         far, around = np.linalg.norm(apart, axis=1), _around(faces, len(now))
-        face = np.ones(len(pairs), dtype=bool)
+        face = np.ones(len(identities), dtype=bool)
         for part in ((ids >= 0) & of_first, (ids >= 0) & ~of_first):
             beside = around[np.take_along_axis(ids, part.argmax(axis=1)[:, None], axis=1)[:, 0]]
             has = (faces[beside][..., None] == ids[:, None, None]).any(axis=2)
@@ -361,6 +360,45 @@ def _known(
     yield from (((1, c.edge_id, c.vertex_id), c) for c in pairs.ev_collisions)
     yield from (((EDGES, c.edge0_id, c.edge1_id), c) for c in pairs.ee_collisions)
     yield from (((3, c.face_id, c.vertex_id), c) for c in pairs.fv_collisions)
+
+
+def _between(
+    identities: np.ndarray, now: np.ndarray, edges: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 4) vertices of pairs, −1 beyond the last one, and (n, 3) ways (mm) between their parts.
+
+    The kind of a pair tells where its parts are nearest: within its edge, or its triangle.
+    """
+    kind, first, second = identities.T
+    corners, lines, crossings, sides = (np.flatnonzero(kind == number) for number in range(4))
+    ids = np.full((len(kind), 4), -1)
+    ids[corners, :2] = identities[corners, 1:]
+    ids[lines, :3] = np.column_stack([second[lines], edges[first[lines]]])
+    ids[crossings] = np.column_stack([edges[first[crossings]], edges[second[crossings]]])
+    ids[sides] = np.column_stack([second[sides], faces[first[sides]]])
+    a, b, c, d = (now[ids[:, place]] for place in range(4))
+    apart = a - b
+    apart[lines] -= _along(apart[lines], (c - b)[lines])
+    normals = np.cross(c - b, d - b)[sides]
+    apart[sides] = _along(apart[sides], normals)
+    u, v, w = (b - a)[crossings], (d - c)[crossings], (a - c)[crossings]
+    uu, uv, vv, uw, vw = (_dot(*pair) for pair in ((u, u), (u, v), (v, v), (u, w), (v, w)))
+    # edges that are nearly parallel may be nearest at an end (Ericson 2005, section 5.1.9)
+    on_second = (uu * vw - uv * uw) / np.maximum(uu * vv - uv**2, TINY * uu * vv)
+    on_first = ((uv * on_second.clip(0, 1)) - uw) / uu
+    on_second = (uv * on_first.clip(0, 1) + vw) / vv
+    apart[crossings] = w + on_first.clip(0, 1) * u - on_second.clip(0, 1) * v
+    return ids, apart
+
+
+def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(n, 1) products of rows."""
+    return np.sum(first * second, axis=1, keepdims=True)
+
+
+def _along(ways: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """(n, 3) parts of ``ways`` along ``lines``."""
+    return np.asarray(lines * _dot(ways, lines) / _dot(lines, lines))
 
 
 def _jitter(surface: Surface, part: float) -> np.ndarray:

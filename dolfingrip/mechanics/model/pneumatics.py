@@ -348,17 +348,9 @@ class Air:
         front = SOURCE if self.line.tank_mm3 else OUTSIDE
         return ((front, TUBE), (TUBE, OUTSIDE), (TUBE, CAVITY), (CAVITY, OUTSIDE))
 
-    def warm(self, pressures: np.ndarray) -> np.ndarray:
-        """Temperatures of source, tube, cavity and the air around, by the reference.
-
-        They are those of the change of state since the step's start.
-        """
-        start, n = self.now, self.line.exponent
-        share = np.full(3, REFERENCE_MPA)
-        np.divide(start.invariants, start.amounts, out=share, where=start.amounts > 0)
-        return np.append(pressures ** (1 - 1 / n) * share / REFERENCE_MPA, 1.0)
-
-    def flows(self, pressures: np.ndarray, prescribed: float, warm: np.ndarray) -> np.ndarray:
+    def flows(
+        self, pressures: Sequence[float], prescribed: float, warm: Sequence[float]
+    ) -> list[float]:
         """Flows at the pressures and temperatures of source, tube and cavity.
 
         Args:
@@ -367,10 +359,10 @@ class Air:
             warm: temperatures of these and of the air around, by the reference, (4,).
         """
         line = self.line
-        source, tube, cavity = map(float, pressures)
+        source, tube, cavity = pressures
         leak = line.leak.flow(cavity, line.ambient, (warm[CAVITY], 1.0)) if line.leak else 0.0
         if self.syringe:
-            return np.array([0.0, 0.0, 0.0, leak])
+            return [0.0, 0.0, 0.0, leak]
         part, out = line.opening(prescribed - (cavity if line.at_cavity else tube))
         valve = Restriction(part * line.valve.conductance, line.valve.critical)
         exhaust = Restriction(out * line.exhaust.conductance, line.exhaust.critical)
@@ -383,27 +375,35 @@ class Air:
         else:
             entering, vented = (valve if source >= tube else exhaust).flow(source, tube, between), 0
         through = line.tube.flow(tube, cavity, (warm[TUBE], warm[CAVITY]))
-        return np.array([entering, vented, through, leak])
+        return [entering, vented, through, leak]
 
 
 @dataclass(slots=True)
 class _Step:
-    """A load step of the air in a line: its past, and the balances at its end."""
+    """A load step of the air in a line: its past, and the balances at its end.
+
+    The search for the pressures asks for the balances some thousand times, in plain numbers: arrays
+    of three take four times as long.
+    """
 
     air: Air
     prescribed: float
     step_s: float
     old: float
-    amounts: np.ndarray
-    invariants: np.ndarray
+    amounts: list[float]
+    invariants: list[float]
+    shares: list[float]
+    """p^(1/n) V of each volume at the step's start, by its amount of air."""
 
     @classmethod
     def of(cls, air: Air, prescribed: float, step_s: float) -> _Step:
         old, now = air.weight(step_s), air.now
         flows, rates = air.mean
-        made = cls(air, prescribed, step_s, old, now.amounts, now.invariants)
-        made.amounts = now.amounts + step_s * old * made.net(flows)[0]
-        made.invariants = now.invariants + step_s * old * rates
+        share = np.full(3, REFERENCE_MPA)
+        np.divide(now.invariants, now.amounts, out=share, where=now.amounts > 0)
+        made = cls(air, prescribed, step_s, old, [], [], share.tolist())
+        made.amounts = (now.amounts + step_s * old * made.net(flows)[0]).tolist()
+        made.invariants = (now.invariants + step_s * old * rates).tolist()
         return made
 
     def net(self, flows: np.ndarray) -> tuple[np.ndarray, float]:
@@ -414,40 +414,52 @@ class _Step:
             gain[other] += flow
         return gain[:OUTSIDE], -float(gain[OUTSIDE])
 
-    def ends(self, pressures: np.ndarray) -> Ends:
-        """The air at the step's end with these pressures of source, tube and cavity.
+    def balances(self, pressures: Sequence[float]) -> tuple[list[float], list[float], list[float]]:
+        """Flows, and amounts and invariants of source, tube and cavity, with these pressures.
 
-        What leaves a volume takes the invariant with it as it is at the end.
+        What leaves a volume takes the invariant with it as it is at the end. Temperatures are those
+        of the change of state since the step's start.
         """
         air, n, weight = self.air, self.air.line.exponent, self.step_s * (1 - self.old)
-        warm = air.warm(pressures)
+        least = [max(pressure, LEAST_MPA) for pressure in pressures]
+        ratios = zip(least, self.shares, strict=True)
+        warm = [*(p ** (1 - 1 / n) * share / REFERENCE_MPA for p, share in ratios), 1.0]
         flows = air.flows(pressures, self.prescribed, warm)
-        entered, warmth = np.zeros(4), np.zeros(4)
-        for way, flow in zip(air.ways, flows, strict=True):
-            one, other = way if flow > 0 else way[::-1]
-            entered[other] += abs(flow)
-            warmth[other] += warm[one] * abs(flow)
-        amounts = self.amounts + weight * self.net(flows)[0]
-        brought = weight * warmth[:OUTSIDE] * REFERENCE_MPA
-        invariants = self.invariants + brought * pressures ** (1 / n - 1)
-        before = self.amounts + weight * entered[:OUTSIDE]  # anything leaves
-        np.multiply(invariants, amounts / np.where(before > 0, before, 1.0), out=invariants)
-        mean = self.old * air.mean[0] + (1 - self.old) * flows
-        outside = air.now.entered + self.step_s * self.net(mean)[1]
-        return Ends(pressures, flows, amounts, invariants, outside)
+        gain, entered, warmth = [0.0] * 4, [0.0] * 4, [0.0] * 4
+        for (one, other), flow in zip(air.ways, flows, strict=True):
+            start, end, size = (one, other, flow) if flow > 0 else (other, one, -flow)
+            gain[start] -= size
+            gain[end] += size
+            entered[end] += size
+            warmth[end] += warm[start] * size
+        amounts, invariants = [], []
+        for i, pressure in enumerate(least):
+            brought = weight * warmth[i] * REFERENCE_MPA
+            before = self.amounts[i] + weight * entered[i]  # anything leaves
+            amounts.append(self.amounts[i] + weight * gain[i])
+            part = amounts[i] / before if before > 0 else amounts[i]
+            invariants.append((self.invariants[i] + brought * pressure ** (1 / n - 1)) * part)
+        return flows, amounts, invariants
 
-    def pressures(self, cavity: float) -> np.ndarray:
+    def ends(self, pressures: Sequence[float]) -> Ends:
+        """The air at the step's end with these pressures of source, tube and cavity."""
+        flows, amounts, invariants = map(np.array, self.balances(pressures))
+        mean = self.old * self.air.mean[0] + (1 - self.old) * flows
+        outside = self.air.now.entered + self.step_s * self.net(mean)[1]
+        return Ends(np.array(pressures), flows, amounts, invariants, outside)
+
+    def pressures(self, cavity: float) -> Sequence[float]:
         """Pressures of source, tube and cavity with which the step's balances hold."""
         line, start = self.air.line, self.air.now.pressures
         if self.air.syringe:
-            return np.full(3, cavity)
+            return (cavity, cavity, cavity)
         pumped = line.pump.pressures[-1] if line.pump else 0.0
-        most = 4 * max(cavity, self.prescribed, line.tank_MPa, pumped, *start)
+        most = 4 * max(cavity, self.prescribed, line.tank_MPa, pumped, *start.tolist())
         volumes = (line.tank_mm3, line.tube_mm3)
 
         def off(node: int, *pressures: float) -> float:
             stored = volumes[node] * pressures[node] ** (1 / line.exponent)
-            return float(stored - self.ends(np.array(pressures)).invariants[node])
+            return float(stored - self.balances(pressures)[2][node])
 
         def source(tube: float) -> float:
             if not line.tank_mm3:
@@ -455,7 +467,7 @@ class _Step:
             return _root(lambda pressure: off(SOURCE, pressure, tube, cavity), most)
 
         tube = _root(lambda pressure: off(TUBE, source(pressure), pressure, cavity), most)
-        return np.array([source(tube), tube, cavity])
+        return (source(tube), tube, cavity)
 
 
 def _root(balance: Callable[[float], float], most: float) -> float:

@@ -126,13 +126,15 @@ class Iterations:
         system.damping.start()
         scale_N, predicted = self._begin(guess)
         self._before = {} if predicted else before
+        # factors of a saddle point cost 17 of GMRES' iterations, so an earlier tangent's are tried
+        mixed = len(model.unknowns.fields) > 1
         self.rules = Globalisation(
             model,
             system.settings,
             system.along,
             system.policy.steps,
             scale_N=scale_N,
-            elsewhere=guess is not None,
+            elsewhere=guess is not None and not mixed,
             damped=damped,
         )
         self.lagging = LagRules(model, system.policy.lag, predicted=predicted, corrected=corrected)

@@ -33,8 +33,18 @@ ITERATIONS: Final = 10
 SHORTEST: Final = 0.1
 """Shortest step of the volume, by the longest; where one fails that is shorter, the path ends."""
 
+LEFT: Final = 0.01
+"""Residual that is left, relative to the load, by the part by which the pressure is to fall."""
+
 CUBIC: Final = 4
 """States of the path through which a cubic goes."""
+
+FLAT: Final = 0.01
+"""Part of the pressure by which it rises at most in one more step where walls that balloon have
+their greatest one."""
+
+SAMPLES: Final = 21
+"""Places of a step at which the cubic is evaluated."""
 
 
 def greatest(
@@ -56,7 +66,7 @@ def greatest(
         beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.
         fall: part of the pressure by which it must fall after a maximum.
         balloons: whether the model's state is that of walls that balloon, and not of a fold that
-            snaps: then the path ends as soon as its tangent falls.
+            snaps: then the path ends where it is nearly flat.
 
     Returns:
         The greatest pressure (kPa), and the state of the model there; None if it does not fall.
@@ -65,6 +75,7 @@ def greatest(
     few = {
         "max_iterations": min(settings.max_iterations, ITERATIONS),
         "min_step_kPa": SHORTEST * settings.max_step_kPa,
+        "rtol": max(settings.rtol, LEFT * fall),
     }
     newton = Newton(volume_controlled(model, pressure, volume), settings.model_copy(update=few))
     start = newton.model.controls[CONTROL].value
@@ -74,7 +85,7 @@ def greatest(
         nonlocal turned
         states.append((pressure.value, model.state()))
         volumes.append(newton.model.controls[CONTROL].value)
-        turned = _falls(states, fall) or (_tangent_falls(volumes, states) and balloons())
+        turned = _falls(states, fall) or (_flattens(volumes, states, beyond_kPa) and balloons())
         return turned or pressure.value > beyond_kPa
 
     halves = PathPolicy(halves_first=True)
@@ -84,13 +95,21 @@ def greatest(
     return max(states, key=itemgetter(0)) if turned else None
 
 
-def _tangent_falls(volumes: Sequence[float], states: Sequence[tuple[float, State]]) -> bool:
-    """Return whether the pressure falls where the path is, by the cubic through its last states."""
+def _flattens(
+    volumes: Sequence[float], states: Sequence[tuple[float, State]], beyond_kPa: float
+) -> bool:
+    """Return whether the pressure hardly rises over one more step as long as the last one.
+
+    A cubic goes on through the last states. A pressure that is still reached there has no maximum
+    before it.
+    """
     if len(volumes) < CUBIC:
         return False
-    ahead = np.array(volumes[-CUBIC:]) / volumes[-1] - 1
+    ahead = np.array(volumes[-CUBIC:]) - volumes[-1]
     pressures = [pressure_kPa for pressure_kPa, _ in states[-CUBIC:]]
-    return bool(np.polyfit(ahead, pressures, CUBIC - 1)[-2] < 0)
+    cubic = np.polynomial.Polynomial.fit(ahead, pressures, CUBIC - 1)
+    most = float(cubic(np.linspace(0.0, -ahead[-2], SAMPLES)).max())
+    return most < min(beyond_kPa, (1 + FLAT) * pressures[-1])
 
 
 def _falls(states: Sequence[tuple[float, State]], fall: float) -> bool:
