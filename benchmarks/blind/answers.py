@@ -18,8 +18,9 @@ from benchmarks.outcomes import commit
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.data import measurement
-from dolfingrip.diagnosis.diagnose import analyse
+from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import staying
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis_words import number_words
 from dolfingrip.jobs.run import silent
 
@@ -52,7 +53,8 @@ def diagnose(case: FrozenCase, out: Path, workers: int = 2) -> Diagnosis:
     file = frozen.written(case, out / case.name)
     read, _ = measurement.selected(measurement.read([file], config), config)
     with staying(out / "simulations", workers, silent) as kept:
-        return diagnosed(analyse(read, config, kept), config)
+        analysis = analyse(simulator_of(read, config, kept), unknowns(read, config))
+        return diagnosed(analysis, config)
 
 
 def answered(case: FrozenCase, found: Diagnosis, spent_s: float) -> dict[str, Any]:

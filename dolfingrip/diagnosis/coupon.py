@@ -1,4 +1,4 @@
-"""Coupons: their readings in closed form, derivatives by differences, and what could explain them.
+"""Coupons: their readings in closed form, and derivatives by differences.
 
 Grips that slide let a coupon stretch evenly. A simulation is then a closed form:
 :mod:`dolfingrip.experiments.rigs.uniaxial`. Moduli scale it exactly.
@@ -8,29 +8,22 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 
 from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
-from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, changed
-from dolfingrip.diagnosis.additions.checks import numbers_read
-from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.discrepancy import kernel
-from dolfingrip.diagnosis.answer.errors import errors_of
-from dolfingrip.diagnosis.core.blend import Tangents, places
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Subset
-from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown, factor_of_moduli
+from dolfingrip.config import NO_CHANGE, Change, Config, changed
+from dolfingrip.diagnosis.core.blend import Tangents
+from dolfingrip.diagnosis.core.evidence import Subset
+from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, joined
-from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.simulator import Point
-from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
-from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import named
 
 STEP: Final = 0.01
@@ -68,6 +61,7 @@ class CouponSimulation:
 
     closed_form: ClassVar = True
     at_once: int = 1000
+    not_reached: Sequence[str] = ()
 
     def __init__(self, measurement: Measurement, config: Config) -> None:
         self.measurement = measurement
@@ -81,10 +75,10 @@ class CouponSimulation:
         return self._solved({}, {})
 
     @cached_property
-    def base(self) -> ModelReadings:
+    def base(self) -> SimulatedReadings:
         """The model as configured."""
         shown = self._displayed({}, self._plain)[0]
-        return ModelReadings(shown, self._read(self._plain, derivative=1)[0], {})
+        return SimulatedReadings(shown, self._read(self._plain, derivative=1)[0], self.measurement)
 
     @property
     def configured(self) -> np.ndarray:
@@ -101,6 +95,14 @@ class CouponSimulation:
                 number = Unknown.marginal(key, std, named(key).unit)
                 numbers.append(Nuisance(number, moved - self.base.readings))
         return numbers
+
+    def plain(self, point: Point) -> Tangents:
+        """Simulate the model without causes."""
+        (run,) = self.tangents([], np.zeros((1, 0)), [point])
+        return run
+
+    def resting(self, causes: Sequence[Cause], start: Point) -> None:
+        """Return nothing: causes are simulated all over their priors, at no cost."""
 
     def free(self, point: Point) -> Point | None:
         """Return nothing: any other numbers are another simulation."""
@@ -283,75 +285,3 @@ def _of_one_material(one: Config, other: Config) -> bool:
 def _row(values: np.ndarray, place: int) -> np.ndarray:
     """One place's readings; all places' where they are the same for all."""
     return values[place : place + 1] if len(values) > 1 else values
-
-
-def analyse_coupons(
-    simulation: CouponSimulation, causes: Sequence[Cause], say: Say = silent
-) -> Analysis[CouponSimulation]:
-    """Simulate what every cause changes about the coupons, all over its prior.
-
-    Args:
-        simulation: of coupons that are
-            :func:`~dolfingrip.diagnosis.coupon.in_closed_form`.
-        causes: that are tried.
-        say: told what is being done.
-
-    Raises:
-        ConfigError: one line, where the configured material has no equilibrium at some reading.
-    """
-    say("simulating what each effect changes about the coupons")
-    measurement, base = simulation.measurement, simulation.base.readings
-    if not np.isfinite(base).all():
-        raise ConfigError(
-            "coupons: the configured material has no equilibrium at some reading; allowed: a "
-            "smaller coupon.max_strain, or another material"
-        )
-    off, policy = errors_of(simulation), measurement.policy
-    seen = [
-        number for number in off.shared
-        if np.abs(number.change / off.noise).max(initial=0.0) > policy.invisible
-    ]  # fmt: skip
-    setups = [test.setup.nuisances for test in measurement.tests]
-    std = float(max(np.hypot(setup["modulus"], setup["coupon_area"]) for setup in setups))
-    reach = float(np.log(1000) / max(std, 0.01))  # moduli scale exactly
-    factor = factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area"))
-    remaining = off.without([number.name for number in seen])
-    felt = {c.name: c for c in causes if effect(c.name).felt_on(EXPERIMENTS["coupon"].parts)}
-    runs = {name: first for name, cause in felt.items()
-            if (first := _first(simulation, cause, factor, off.noise)) is not None}  # fmt: skip
-    (plain,) = simulation.at([Point(factor, 0.0)])
-    assert plain is not None
-    problem = InferenceProblem(
-        measurement.listed["value"].to_numpy(), base, off.noise,
-        (factor, *(_rig_number(number, policy.reach) for number in seen)),
-        np.column_stack([np.zeros((len(base), 0)), *(number.change for number in seen)]),
-        {name: felt[name].numbers for name in runs}, remaining.covariance, kernel(off.along),
-        told=numbers_read(measurement, simulation.config), policy=policy,
-    ).beside([(NONE, plain), *(((name,), run) for name, run in runs.items())])  # fmt: skip
-    unseen = tuple(c.name for c in causes if c.name not in runs)
-    return Analysis(problem, {name: felt[name] for name in runs}, remaining, simulation, unseen)
-
-
-def _rig_number(nuisance: Nuisance, reach: float) -> Unknown:
-    """A number of the rig that is fitted, and may be far off."""
-    fitted = replace(nuisance.unknown, low=-reach, high=reach)
-    return replace(fitted, role="always", names=(nuisance.name,))
-
-
-def _first(
-    simulation: CouponSimulation, cause: Cause, factor: Unknown, noise: np.ndarray
-) -> Tangents | None:
-    """Simulations of a cause all over its prior; None where no reading feels it."""
-    box, policy = cause.box(), simulation.measurement.policy
-    zeta = places(box, policy.training[min(len(box), len(policy.training)) - 1])
-    points = [Point(factor, 0.0, (), ((cause, z),)) for z in zeta]
-    runs = Tangents.stacked(simulation.tangents([cause], zeta, points))
-    solved = np.isfinite(runs.told).all(axis=(1, 2))
-    kept = Tangents(runs.u[solved], runs.told[solved])
-    sizes = (kept.told[..., 0] - simulation.base.readings) / noise
-    if (
-        len(kept.u) < 2 * len(box) + 2
-        or np.sqrt(np.square(sizes).mean(axis=1)).max() < policy.invisible
-    ):
-        return None
-    return kept

@@ -9,23 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.unknown import check_effects
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import Suspect, reversed_signs, suspicions, unsuspected
+from dolfingrip.diagnosis.data.suspicion import reversed_signs, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.diagnosis.screening import analyse_fingers
+from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis import Slip, SpecimensApart
@@ -116,11 +113,11 @@ def diagnose_measurement(
                 say(f"check the data first: {slip_words(doubt)}")
                 doubts.append(doubt)
 
+    causes = unknowns(measurement, config, settings.effects)
     suspect(reversed_signs(measurement, config))
-    analysis = analyse(measurement, config, workers, settings.effects, say, suspect, quick=quick)
-    configured = analysis.configured
-    shown = np.where(np.isfinite(configured), configured, analysis.problem.base)
-    suspect(suspicions(analysis.measurement, shown))
+    simulation = simulator_of(measurement, config, workers, say)
+    suspect(suspicions(simulation.measurement, simulation.configured))
+    analysis = analyse(simulation, causes, settings.effects, say, quick=quick)
     diagnosis = diagnosed(analysis, config, quick=quick, say=say)
     diagnosis.slips = doubts
     outside = diagnosis.analysis.specimens_apart() if settings.specimens else None
@@ -141,38 +138,6 @@ def diagnose_measurement(
     diagnosis.next, failed = settled_by(diagnosis, say, simulating=not quick)
     diagnosis.warnings += failed
     return diagnosis
-
-
-def analyse(
-    measurement: Measurement,
-    config: Config,
-    workers: Workers,
-    names: Sequence[str] | None = None,
-    say: Callable[[str], None] = silent,
-    suspect: Suspect = unsuspected,
-    *,
-    quick: bool = False,
-) -> Analysis[Any]:
-    """Simulate the model and what causes change: coupons in closed form, others by requests.
-
-    Args:
-        measurement: the readings.
-        config: the model that is diagnosed.
-        workers: where simulations are computed and kept.
-        names: of the causes that are tried; the whole catalogue where None.
-        say: told what is being done.
-        suspect: told what is suspected of a finger's readings, before anything is fitted.
-        quick: leave out causes of a finger that need simulations of their own.
-
-    Raises:
-        ConfigError: one line, where the model cannot be simulated, or a name is of a number that
-            no reading feels.
-    """
-    causes = unknowns(measurement, config, names)
-    fingers = any(test.of_finger for test in measurement.tests)
-    if not fingers and in_closed_form(measurement, config):
-        return analyse_coupons(CouponSimulation(measurement, config), causes, say)
-    return analyse_fingers(measurement, config, workers, causes, names, say, suspect, quick=quick)
 
 
 def _compare_downstream(diagnosis: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

@@ -8,30 +8,27 @@ What an instrument shows follows from the simulated readings, so its errors cost
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 
-from dolfingrip.channels import TIME
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance
-from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
 from dolfingrip.diagnosis.simulation.nuisances import displayed, keys, nuisances, told_of
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
-    SimulatedGroup,
     SimulatedReadings,
     SimulationGroup,
     groups,
     simulate,
 )
 from dolfingrip.diagnosis.simulation.simulator import Point
-from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Displaying
 from dolfingrip.extensions.index import effect, fitted_effects
@@ -55,6 +52,7 @@ class FingerSimulation:
         flat: change to the mesh that all is simulated on but one simulation.
         start: that the model without causes is simulated at; None: as configured.
         graded: whether what the mesh changes is told by a simulation on the mesh as configured.
+        not_reached: tests with readings that the model does not reach, which are left out, and why.
     """
 
     measurement: Measurement
@@ -63,6 +61,7 @@ class FingerSimulation:
     flat: Change
     start: Point | None = None
     graded: bool = True
+    not_reached: Sequence[str] = ()
 
     closed_form: ClassVar = False
 
@@ -176,31 +175,19 @@ class FingerSimulation:
 
     def at(self, points: Sequence[Point]) -> list[Tangents | None]:
         """Simulate other numbers, with exact derivatives; None where readings are not reached."""
-        planned = [[*self._variants(point)] for point in points]
-        flat = [variant for row in planned for variant in row]
-        simulated = iter(simulate(self.measurement, self.config, flat, self.workers))
-        answers: list[Tangents | None] = []
-        for point, row in zip(points, planned, strict=True):
-            runs = [run for _ in row for run in next(simulated).runs]
-            tangents = self._told(point, runs)
-            solved = np.isfinite(tangents.told[0, :, 0]).all()
-            answers.append(tangents if solved else None)
-        return answers
+        variants = [self._variant(point) for point in points]
+        simulated = simulate(self.measurement, self.config, variants, self.workers)
+        return [
+            self._told(point, run) if np.isfinite(run.readings).all() else None
+            for point, run in zip(points, simulated, strict=True)
+        ]
 
     def plain(self, point: Point) -> Tangents:
         """The model without causes at its start, which is a point."""
-        return self._told(point, self.first.runs)
+        return self._told(point, self.first)
 
     def resting(self, causes: Sequence[Cause], start: Point) -> dict[str, Tangents] | None:
-        """Simulate causes where they do nothing: derivatives by the amplitudes of each.
-
-        Args:
-            causes: that are smooth there.
-            start: the model's own numbers.
-
-        Returns:
-            By the name of each cause that is felt; None where readings are not reached.
-        """
+        """Simulate causes where they do nothing; None where readings are not reached."""
         on: Change = {}
         for cause in causes:
             on = {**on, **cause.resting(start.moduli)}
@@ -210,7 +197,7 @@ class FingerSimulation:
         (simulated,) = simulate(self.measurement, self.config, [variant], self.workers)
         if not np.isfinite(simulated.readings).all():
             return None
-        plain, felt = self._told(start, simulated.runs), {}
+        plain, felt = self._told(start, simulated), {}
         none = np.zeros(len(simulated.readings))
         for cause in causes:
             keys_of = [n.gradient if n.amplitude else "" for n in cause.numbers]
@@ -225,91 +212,80 @@ class FingerSimulation:
             felt[cause.name] = at_rest(cause, plain, np.column_stack(slopes) * by)
         return felt
 
-    def _variants(self, point: Point) -> Iterable[ModelVariant]:
-        """Simulations of a point: of each experiment with the causes that it feels."""
-        solid = [(cause, zeta) for cause, zeta in point.causes if not shown(cause)]
-        for experiment in dict.fromkeys(group.experiment for group in self.groups):
-            felt = tuple(pair for pair in solid if _felt(pair[0], experiment, self.config))
-            part = replace(point, causes=felt)
-            gradients = [n.gradient for n, _ in part.numbers]
-            yield ModelVariant(
-                {**self.flat, **_rounded(part.change(self.applied))},
-                (*gradients, *self._own_keys(point)), only_in=frozenset({experiment}),
-            )  # fmt: skip
+    def _variant(self, point: Point) -> ModelVariant:
+        """Simulations of a point, without errors of instruments, which cost none."""
+        solid = tuple(pair for pair in point.causes if not shown(pair[0]))
+        part = replace(point, causes=solid)
+        gradients = [n.gradient for n, _ in part.numbers]
+        values = {**self.flat, **_rounded(part.change(self.applied))}
+        return ModelVariant(values, (*gradients, *self._own_keys(point)))
 
     def _own_keys(self, point: Point) -> tuple[str, ...]:
         return (*(n.gradient for n, _ in point.own), *modulus_keys(self.applied))
 
-    def _told(self, point: Point, runs: Sequence[SimulatedGroup]) -> Tangents:
+    def _told(self, point: Point, simulated: SimulatedReadings) -> Tangents:
         """Readings and derivatives by coordinates from simulations of all tests."""
-        count, m = len(self.measurement.readings), self.measurement
-        keys_of = [n.gradient for n, _ in point.numbers]
-        rows: dict[tuple[int, ...], dict[str, np.ndarray]] = {}
-        for run in runs:
-            stiff = {**changes(run.config, MODULUS, 1.0)}
-            for number, _ in point.numbers:
-                if number.modulus and number.gradient not in stiff:
-                    stiff[number.gradient] = _value(run.config, number.gradient)
-            for name, values in run.columns().items():
-                if name == TIME.name or not len(values):
-                    continue
-                slopes = {
-                    key: np.nan_to_num(run.result.slopes.get((name, key), np.zeros(len(values))))
-                    for key in (*stiff, *keys_of)
-                }
-                parts = [slopes[key] * value for key, value in stiff.items()]
-                every = np.array([values, np.sum(parts, axis=0), *(slopes[k] for k in keys_of)])
-                at = run.schedule.at_rows(every, count, force=run.force(name))
-                rows.setdefault(run.group.tests, {})[name] = at
-        exact = m.collected(rows)
-        exact[1:] = np.nan_to_num(exact[1:])
+        moduli = [n.gradient for n, _ in point.numbers if n.modulus]
+
+        def stiffer(config: Config) -> Change:
+            by_key = changes(config, MODULUS, 1.0)
+            return {**{key: _value(config, key) for key in moduli if key not in by_key}, **by_key}
+
+        numbers = [n.gradient for n, _ in point.numbers]
+        along = [simulated.changes(stiffer), *map(simulated.by, numbers)]
         by = point.rates()
-        columns = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
-        instruments = [(cause, zeta) for cause, zeta in point.causes if shown(cause)]
-        if instruments:
-            columns = self._displayed(point, instruments, rows, by)
-        return Tangents(point.u, columns[None])
+        if any(shown(cause) for cause, _ in point.causes):
+            columns = self._displayed(point, simulated.true, along, by)
+        else:
+            slopes = np.nan_to_num([self.measurement.collected(rows) for rows in along])
+            columns = np.vstack([simulated.readings, slopes * by[:, None]])
+        columns[0] += self.delta
+        return Tangents(point.u, columns.T[None])
 
     def _displayed(
-        self,
-        point: Point,
-        instruments: Sequence[tuple[Cause, np.ndarray]],
-        rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]],
-        by: np.ndarray,
+        self, point: Point, true: Rows, along: Sequence[Rows], by: np.ndarray
     ) -> np.ndarray:
-        """Readings and derivatives, (n, 1 + d), as instruments show them."""
-        numbers = [*point.numbers]
-        applied = self.measurement.applied(self.config)
+        """Readings and derivatives, (1 + d, n), as instruments show them.
 
-        def shows(place: int | None = None) -> np.ndarray:
-            """(n,) readings with one number by a step of its coordinate on."""
-            moved: list[tuple[Cause, np.ndarray]] = []
-            at = len(numbers) - sum(len(zeta) for _, zeta in point.causes)
+        Args:
+            point: with errors of instruments.
+            true: readings at all rows.
+            along: their derivatives by ln of the moduli and by each of the point's numbers.
+            by: derivatives of these by coordinates, shape (d,).
+        """
+        applied = self.measurement.applied(self.config)
+        instrument = np.repeat(
+            [False, *(shown(cause) for cause, _ in point.causes)],
+            [1 + len(point.own), *(len(zeta) for _, zeta in point.causes)],
+        )
+        rates = np.array([1.0, *(float(n.coordinate(np.array(z))[1]) for n, z in point.numbers)])
+
+        def shows(step: np.ndarray) -> np.ndarray:
+            """(n,) readings with the numbers a step of their coordinates, (d,), on."""
+            errors: list[tuple[Cause, np.ndarray]] = []
+            first = 1 + len(point.own)
             for cause, zeta in point.causes:
-                step = np.array([STEP * (place == at + 1 + i) for i in range(len(zeta))])
-                at += len(zeta)
+                places = slice(first, first + len(zeta))
+                first += len(zeta)
                 if shown(cause):
-                    moved.append((cause, zeta + step))
+                    errors.append((cause, zeta + (step / rates)[places]))
             configs = {
-                test.number: changed(config, _errors(moved, test))
+                test.number: changed(config, _errors(errors, test))
                 for test, config in zip(self.measurement.tests, applied, strict=True)
             }
-            rows_there = {}
-            for tests, columns in rows.items():
-                true = {name: values[0].copy() for name, values in columns.items()}
-                if place is not None:
-                    for name, values in columns.items():
-                        true[name] += STEP * by[place] * values[1 + place]
-                rows_there[tests] = true
-            return self.measurement.collected(displayed(self.measurement, rows_there, configs))
+            moves = [(size * rate, rows) for size, rate, rows in zip(step, by, along, strict=True)]
+            moved = {
+                tests: {
+                    name: values + sum(size * rows[tests][name] for size, rows in moves if size)
+                    for name, values in columns.items()
+                }
+                for tests, columns in true.items()
+            }
+            return displayed(self.measurement, moved, configs)
 
-        here = shows()
-        slopes = [(shows(place) - here) / STEP for place in range(len(by))]
-        for place, (number, zeta) in enumerate(numbers, 1):
-            instrument = any(number in cause.numbers for cause, _ in instruments)
-            if instrument:  # its step was of ζ
-                slopes[place] /= float(number.coordinate(np.array(zeta))[1])
-        return np.column_stack([here + self.delta, *slopes])
+        here, steps = shows(0 * by), STEP * np.where(instrument, rates, 1.0)
+        slopes = [(shows(step) - here) / step.sum() for step in np.diag(steps)]
+        return np.vstack([here, *slopes])
 
 
 def shown(cause: Cause) -> bool:
@@ -329,12 +305,6 @@ def _errors(causes: Iterable[tuple[Cause, np.ndarray]], test: SpecimenTest) -> C
         if not kind.told_by or told_of(kind, test):
             change = {**change, **cause.overrides(zeta)}
     return change
-
-
-def _felt(cause: Cause, experiment: str, config: Config) -> bool:
-    kind = effect(cause.name)
-    felt: bool = kind.felt_on(EXPERIMENTS[experiment].parts)
-    return felt and (experiment != "bending" or kind.felt_in_bending(config))
 
 
 def _value(config: Config, key: str) -> float:

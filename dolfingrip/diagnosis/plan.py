@@ -30,9 +30,11 @@ from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, joined
-from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings
 from dolfingrip.diagnosis.finger import FingerSimulation, coarser
+from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
 
@@ -246,7 +248,9 @@ def analyse_plan(
             failures = (*simulation.first.failures, *simulation.fine.failures)
             why = "; ".join(dict.fromkeys(failure.why for failure in failures))
             raise ConfigError(f"the simulation does not reach all readings: {why}")
-    analysis = analyse(measurement.reading(readings), config, workers, names)
+    planned = measurement.reading(readings)
+    causes = unknowns(planned, config, names)
+    analysis = analyse(simulator_of(planned, config, workers), causes, names)
     for name in [*analysis.causes] if analysis.closed_form else ():
         analysis = _with_rivals(analysis, name)
     return analysis

@@ -192,7 +192,7 @@ def _content(
         gain=diagnosis.gain, gain_claimed=diagnosis.gain_claimed,
         next_experiments=tuple(diagnosis.next), advice=advice(diagnosis),
         downstream=diagnosis.downstream, slips=tuple(diagnosis.slips),
-        not_reached=tuple(analysis.not_reached), not_tried=tuple(analysis.not_tried),
+        not_reached=tuple(analysis.simulation.not_reached), not_tried=tuple(analysis.not_tried),
         failed=dict(analysis.failed), mesh_known=analysis.closed_form or bool(analysis.mesh_errors),
         extrapolated=posterior.problem.extrapolated(best) > posterior.problem.policy.exactly,
         warnings=tuple(diagnosis.warnings),

@@ -1,15 +1,17 @@
-"""The first simulations of fingers: the model without causes, then each cause.
+"""The first simulations: the model without causes, then each cause.
 
-The model is simulated where its own numbers follow the readings (Gauss and Newton's method). There
-one simulation has the derivatives by the amplitudes of all causes that are smooth where they do
-nothing. Any other cause is simulated once at its ordinary strength, on either side where these
-differ.
+Of coupons, which cost nothing, each cause is simulated all over its prior. A finger is simulated
+where its own numbers follow the readings (Gauss and Newton's method). There one simulation has the
+derivatives by the amplitudes of all causes that are smooth where they do nothing. Any other cause
+is simulated once at its ordinary strength, on either side where these differ.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -21,65 +23,44 @@ from dolfingrip.diagnosis.answer.errors import Errors, errors_of
 from dolfingrip.diagnosis.core.blend import Tangents, places
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
+from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import Suspect, suspicions, unsuspected
 from dolfingrip.diagnosis.finger import FingerSimulation, at_rest, coarser, shown
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
-from dolfingrip.diagnosis.simulation.simulator import Point
+from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.extensions.index import effect
 from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import moduli
 
 
-def analyse_fingers(
-    measurement: Measurement,
-    config: Config,
-    workers: Workers,
-    causes: Sequence[Cause],
-    names: Sequence[str] | None = None,
-    say: Say = silent,
-    suspect: Suspect = unsuspected,
-    *,
-    quick: bool = False,
-) -> Analysis[FingerSimulation]:
-    """Simulate the model where it follows the readings, and what causes change there.
+def simulator_of(
+    measurement: Measurement, config: Config, workers: Workers, say: Say = silent
+) -> CouponSimulation | FingerSimulation:
+    """Simulate the model as configured: coupons in closed form, others by requests.
+
+    Fingers are simulated on the coarsest mesh that bears the load; readings that none reaches are
+    left out.
 
     Args:
-        measurement: of fingers, and of coupons beside them.
+        measurement: the readings.
         config: the model that is diagnosed.
         workers: where simulations are computed and kept.
-        causes: that are tried.
-        names: of those and of numbers of the rig; everything where None.
         say: told what is being done.
-        suspect: told what is suspected of the readings, before anything is fitted to them.
-        quick: leave out causes that need simulations of their own.
 
     Raises:
         ConfigError: one line, where nothing can be simulated.
     """
+    if in_closed_form(measurement, config):
+        coupons = CouponSimulation(measurement, config)
+        if not np.isfinite(coupons.configured).all():
+            raise ConfigError(
+                "coupons: the configured material has no equilibrium at some reading; allowed: a "
+                "smaller coupon.max_strain, or another material"
+            )
+        return coupons
     say("simulating the measurement as configured")
-    simulation, left_out = _reaching(measurement, config, workers)
-    suspect(suspicions(simulation.measurement, simulation.first.readings))
-    numbers = rig_numbers(simulation.measurement, config, names)
-    simulation, off, problem, start = _followed(simulation, *numbers, say)
-    left = [cause.name for cause in causes if quick and not (cause.smooth or shown(cause))]
-    causes = [cause for cause in causes if cause.name not in left]
-    say(f"simulating what {len(causes)} causes change")
-    runs, failed = _first(simulation, causes, start, off.noise)
-    by_name = {cause.name: cause for cause in causes}
-    felt = {name: by_name[name] for name in runs}
-    problem = replace(problem, numbers={name: cause.numbers for name, cause in felt.items()})
-    problem = problem.beside(((name,), run) for name, run in runs.items())
-    unseen = tuple(c.name for c in causes if c.name not in runs and c.name not in failed)
-    return Analysis(problem, felt, off, simulation, unseen, failed, left_out, tuple(left))
-
-
-def _reaching(
-    measurement: Measurement, config: Config, workers: Workers
-) -> tuple[FingerSimulation, list[str]]:
-    """The simulation on the coarsest mesh that bears the load, and readings that none reaches."""
     best: FingerSimulation | None = None
     for mesh in coarser(config):
         simulation = FingerSimulation(measurement, config, workers, mesh, graded=False)
@@ -91,9 +72,67 @@ def _reaching(
     reached = np.isfinite(best.first.readings)
     lost = not_reached(measurement, reached, best.first)
     if not lost:
-        return best, []
+        return best
     kept = np.where(reached, measurement.listed["value"], np.nan)
-    return replace(best, measurement=measurement.reading(kept)), lost
+    return replace(best, measurement=measurement.reading(kept), not_reached=lost)
+
+
+def analyse(
+    simulation: CouponSimulation | FingerSimulation,
+    causes: Sequence[Cause],
+    names: Sequence[str] | None = None,
+    say: Say = silent,
+    *,
+    quick: bool = False,
+) -> Analysis[Any]:
+    """Simulate the model where it follows the readings, and what causes change.
+
+    Args:
+        simulation: of the model as configured.
+        causes: that are tried.
+        names: of those and of numbers of the rig; everything where None.
+        say: told what is being done.
+        quick: leave out causes of a finger that need simulations of their own.
+
+    Raises:
+        ConfigError: one line, where the model cannot be simulated.
+    """
+    followed: tuple[Simulator, Errors, InferenceProblem, Point]
+    if isinstance(simulation, CouponSimulation):
+        left, followed = [], _stretched(simulation)
+    else:
+        left = [c.name for c in causes if quick and not (c.smooth or shown(c))]
+        numbers = rig_numbers(simulation.measurement, simulation.config, names)
+        followed = _followed(simulation, *numbers, say)
+    model, off, problem, start = followed
+    causes = [cause for cause in causes if cause.name not in left]
+    say(f"simulating what {len(causes)} causes change")
+    runs, failed = _first(model, causes, start, off.noise)
+    by_name = {cause.name: cause for cause in causes}
+    felt = {name: by_name[name] for name in runs}
+    problem = replace(problem, numbers={name: cause.numbers for name, cause in felt.items()})
+    problem = problem.beside(((name,), run) for name, run in runs.items())
+    unseen = tuple(name for name in by_name if name not in {*runs, *failed})
+    return Analysis(problem, felt, off, model, unseen, failed, left)
+
+
+def _stretched(
+    simulation: CouponSimulation,
+) -> tuple[CouponSimulation, Errors, InferenceProblem, Point]:
+    """Coupons without causes as configured: their moduli scale exactly."""
+    policy = simulation.measurement.policy
+    setups = [test.setup.nuisances for test in simulation.measurement.tests]
+    std = float(max(np.hypot(setup["modulus"], setup["coupon_area"]) for setup in setups))
+    reach = float(np.log(1000) / max(std, 0.01))
+    start = Point(factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area")), 0.0)
+    errors = errors_of(simulation)
+    reach, least = policy.reach, policy.invisible * errors.noise
+    seen = [number for number in errors.shared if (np.abs(number.change) > least).any()]
+    linear = [
+        replace(n.unknown, low=-reach, high=reach, role="always", names=(n.name,)) for n in seen
+    ]
+    runs = [simulation.plain(start)]
+    return simulation, *_problem(simulation, errors, (start.factor,), linear, runs), start
 
 
 def _count(simulated: SimulatedReadings) -> int:
@@ -142,7 +181,8 @@ def _followed(
         if not np.isfinite(plain.told).all():
             break
         runs.append(plain)
-        _, problem = _problem(simulation, (factor, *solid), linear, runs)
+        errors = errors_of(simulation)
+        _, problem = _problem(simulation, errors, (factor, *solid), linear, runs)
         fit = _best(problem)
         if problem.extrapolated(fit) <= policy.exactly:
             break
@@ -173,7 +213,7 @@ def _followed(
         for columns in shifted:
             columns[..., 0] += graded.delta
         runs = [Tangents(run.u, columns) for run, columns in zip(runs, shifted, strict=True)]
-    off, problem = _problem(graded, (factor, *solid), linear, runs)
+    off, problem = _problem(graded, errors_of(graded), (factor, *solid), linear, runs)
     return graded, off, problem, start
 
 
@@ -195,7 +235,8 @@ def _factor(simulation: FingerSimulation) -> Unknown:
 
 
 def _problem(
-    simulation: FingerSimulation,
+    simulation: Simulator,
+    errors: Errors,
     solid: Sequence[Unknown],
     linear: Sequence[Unknown],
     runs: Sequence[Tangents],
@@ -204,20 +245,20 @@ def _problem(
 
     Args:
         simulation: of the model.
+        errors: with all numbers of the rig.
         solid: numbers that simulations are made at.
         linear: numbers that readings are linear in.
         runs: simulations.
     """
-    off = errors_of(simulation)
-    changes = {nuisance.name: nuisance.change for nuisance in off.shared}
+    changes = {nuisance.name: nuisance.change for nuisance in errors.shared}
     seen = [number for number in linear if number.told_as in changes]
     columns = [changes[number.told_as] for number in seen]
-    remaining = off.without([number.told_as for number in (*solid, *seen)])
+    remaining = errors.without([number.told_as for number in (*solid, *seen)])
     value = simulation.measurement.listed["value"].to_numpy()
     problem = InferenceProblem(
-        value, np.nan_to_num(simulation.configured), off.noise, (*solid, *seen),
+        value, np.nan_to_num(simulation.configured), errors.noise, (*solid, *seen),
         np.column_stack([np.zeros((len(value), 0)), *columns]), {}, remaining.covariance,
-        kernel(off.along), told=numbers_read(simulation.measurement, simulation.config),
+        kernel(errors.along), told=numbers_read(simulation.measurement, simulation.config),
         policy=simulation.measurement.policy,
     )  # fmt: skip
     return remaining, problem.beside([(NONE, Tangents.stacked(runs))])
@@ -231,40 +272,38 @@ def _best(problem: InferenceProblem) -> MapFit:
 
 
 def _first(
-    simulation: FingerSimulation, causes: Sequence[Cause], start: Point, noise: np.ndarray
+    simulation: Simulator, causes: Sequence[Cause], start: Point, noise: np.ndarray
 ) -> tuple[Mapping[str, Tangents], Mapping[str, str]]:
     """Simulations of each cause that some reading feels; and why others could not be made."""
-    smooth = [c for c in causes if c.smooth]
-    runs: dict[str, Tangents] = {}
-    failed: dict[str, str] = {}
-    resting = simulation.resting(smooth, start) if smooth else {}
-    others = [c for c in causes if not c.smooth]
-    if resting is None:  # one of them does not let the others be simulated
-        others = list(causes)
-    else:
-        runs |= resting
     base, policy = simulation.plain(start), simulation.measurement.policy
-    strong: list[tuple[Cause, Point]] = []
-    for cause in others:
-        if shown(cause):
-            near = np.clip(cause.box(), -policy.reach, policy.reach)
-            count = policy.training[min(len(cause.numbers), len(policy.training)) - 1]
-            every = np.vstack([places(near, count), places(cause.box(), count)])
+    smooth = [c for c in causes if c.smooth]
+    resting = simulation.resting(smooth, start) if smooth else {}
+    runs, failed, points = {**(resting or {})}, dict[str, str](), dict[str, list[Point]]()
+    # one of them may not let the others be simulated
+    left = [cause for cause in causes if resting is None or not cause.smooth]
+    left = [c for c in left if any(g.feels(f"extensions.{c.name}") for g in simulation.groups)]
+    for cause in left:
+        box, d = cause.box(), len(cause.numbers)
+        count = policy.training[min(d, len(policy.training)) - 1]
+        if simulation.closed_form:
+            every = places(box, count)
+        elif shown(cause):
+            near = np.clip(box, -policy.reach, policy.reach)
+            every = np.vstack([places(near, count), places(box, count)])
         else:
-            every = np.array([cause.at_strength(cause.box())])
-            if effect(cause.name).lopsided:
-                every = np.vstack([every, cause.at_strength(cause.box(), -1.0)])
-        strong += [(cause, replace(start, causes=((cause, zeta),))) for zeta in every]
-    simulated = simulation.at([point for _, point in strong])
-    for (cause, _), run in zip(strong, simulated, strict=True):
-        if run is None:
-            failed.setdefault(cause.name, "its simulation does not reach all readings")
+            signs = (1.0, -1.0) if effect(cause.name).lopsided else (1.0,)
+            every = np.array([cause.at_strength(box, sign) for sign in signs])
+        points[cause.name] = [replace(start, causes=((cause, zeta),)) for zeta in every]
+    simulated = iter(simulation.at([point for several in points.values() for point in several]))
+    for cause in left:
+        all_over = simulation.closed_form or shown(cause)
+        least = 2 * len(cause.numbers) + 2 if all_over else 1
+        tangents = [run for run in islice(simulated, len(points[cause.name])) if run is not None]
+        if len(tangents) < least:
+            failed[cause.name] = "its simulation does not reach all readings"
             continue
-        failed.pop(cause.name, None)
-        first = runs.get(cause.name)
-        if first is None and not shown(cause):
-            first = _at_rest(cause, base, run)
-        runs[cause.name] = run if first is None else Tangents.stacked([first, run])
+        first = [] if all_over else [_at_rest(cause, base, tangents[0])]
+        runs[cause.name] = Tangents.stacked([*first, *tangents])
     return {
         name: run for name, run in runs.items() if _felt(run, base, noise, policy.invisible)
     }, failed

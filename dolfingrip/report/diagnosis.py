@@ -14,7 +14,7 @@ from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE, Channel
 from dolfingrip.charts.chart import Axis, Chart, Colour, Mark, Series, Style
 from dolfingrip.charts.picture import Look, write
 from dolfingrip.files.diagnosis import DiagnosisFile
-from dolfingrip.files.diagnosis_words import beside_causes
+from dolfingrip.files.diagnosis_words import LEAST, beside_causes, chance
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,6 @@ class DiagnosisPictures:
 
 
 PICTURES: Final = DiagnosisPictures()
-
-ROUNDED: Final = 0.005
-"""Probability below which two decimals say nothing."""
 
 FITTED: Final = ("before", "nuisances fitted", "blue")
 """Column, name and colour of the simulation without a cause."""
@@ -251,18 +248,12 @@ def probabilities(diagnosis: DiagnosisFile, least: float = PICTURES.least_probab
     for colour, of_cause in (("green", True), ("grey", False)):
         places = [i for i, name in enumerate(names) if (name in by_cause) is of_cause]
         values = [shown[names[i]] for i in places]
-        said = [_probability(p) for p in values]
+        said = ["< 0.01" if p < LEAST else chance(p) for p in values]
         bars.append(Series("", values, places, "bar", colour=colour, said=said))
     across = Axis("Probability that it takes part", ends=(0.0, 1.1))
     title = "Probability that each cause takes part"
     note = "Two causes can act together, so the numbers may add up to more than 1."
     return Chart(title, across, Axis("", names=names), bars, note=note)
-
-
-def _probability(p: float) -> str:
-    if p < ROUNDED:
-        return "< 0.01"
-    return f"{p:.2f}" if p < 1 - ROUNDED else "> 0.99"
 
 
 def gain(diagnosis: DiagnosisFile) -> list[Chart]:

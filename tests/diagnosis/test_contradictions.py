@@ -21,9 +21,10 @@ from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.decision import Decision, decide
 from dolfingrip.diagnosis.core.evidence import Visibility
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.diagnosis.screening import analyse
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.files.diagnosis_words import LONGEST, lines
@@ -54,7 +55,7 @@ def analysed(folder: Path, travels_mm: np.ndarray, effects: Sequence[str]) -> An
     csv = f"time_s,displacement_mm,force_N\n{rows}\n"
     measurement, config = read([written(folder, csv, TOLD)], Config()), Config()
     causes = unknowns(measurement, config, effects)
-    return analyse_coupons(CouponSimulation(measurement, config), causes)
+    return analyse(CouponSimulation(measurement, config), causes)
 
 
 def answered(pulled: Analysis[Any], change: np.ndarray, rng: np.random.Generator) -> Diagnosis:

@@ -13,9 +13,10 @@ from support.measured_files import written
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.diagnosis.screening import analyse
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 ROOM = Path(__file__).resolve().parents[2] / "dolfingrip" / "diagnosis"
@@ -68,7 +69,7 @@ def test_there_are_few_and_a_measurement_hands_them_on(tmp_path: Path) -> None:
     for policy in (Policy(), Policy(prior_by_size=(0.5, 0.4, 0.1)), Policy(nearly=0.5)):
         measurement = read([file], Config(), policy)
         causes = unknowns(measurement, Config(), ["yeoh", "force_gain"])
-        analysis = analyse_coupons(CouponSimulation(measurement, Config()), causes)
+        analysis = analyse(CouponSimulation(measurement, Config()), causes)
         answer = diagnosed(analysis, Config(), quick=True)
         assert answer.policy is policy
         modulus, *_ = answer.numbers(answer.none)

@@ -62,7 +62,8 @@ import numpy as np
 from dolfingrip.config import Config, from_dict
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed
 from dolfingrip.diagnosis.answer.settling import settled_by
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.coupon import CouponSimulation
+from dolfingrip.diagnosis.screening import analyse
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
@@ -73,7 +74,7 @@ folder = Path(sys.argv[2])
 on = from_dict({"extensions": {"load_curve": {"bend_per_N": float(sys.argv[3])}}})
 measurement = read([folder / "coupon.csv"], Config())
 causes = unknowns(measurement, Config(), sys.argv[4:])
-pulled = analyse_coupons(CouponSimulation(measurement, Config()), causes)
+pulled = analyse(CouponSimulation(measurement, Config()), causes)
 hidden = CouponSimulation(measurement, on).configured
 noise = pulled.errors.noise * np.random.default_rng(3).standard_normal(len(hidden))
 own = replace(pulled, problem=replace(pulled.problem, value=hidden + noise))

@@ -13,11 +13,12 @@ from support.invented_coupon import WIDTH_NOISE, made, white
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.diagnosis.screening import analyse
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 WIDTH = "transverse_strain"
@@ -124,7 +125,7 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     for change in changes.values():
         np.testing.assert_allclose(change[across], 0.0, atol=1e-6)
         assert (np.abs(change[~across]) > 0.05).all()
-    case = analyse_coupons(
+    case = analyse(
         CouponSimulation(measurement, Config()),
         unknowns(measurement, Config(), ["force_gain", "mooney_rivlin"]),
     ).problem

@@ -10,7 +10,8 @@ from support.hidden_coupon import PROTOCOLS, Truth, configured, measured, write
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as of
 from dolfingrip.diagnosis.data import measurement
-from dolfingrip.diagnosis.diagnose import analyse
+from dolfingrip.diagnosis.screening import analyse, simulator_of
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 SEED = 4
 
@@ -21,4 +22,4 @@ def diagnosed(protocol: str, truth: Truth, folder: Path) -> Diagnosis:
     plan, config = PROTOCOLS[protocol], configured()
     file = write(plan, measured(plan, truth, np.random.default_rng(SEED)), folder)
     read, _ = measurement.selected(measurement.read([file], config), config)
-    return of(analyse(read, config, None), config)
+    return of(analyse(simulator_of(read, config, None), unknowns(read, config)), config)

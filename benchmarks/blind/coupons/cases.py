@@ -32,9 +32,10 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.diagnosis.screening import analyse
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.extensions.effect import Prior
@@ -154,7 +155,7 @@ class Bench:
         """
         read = measurement.read([file], self.config)
         simulation = Remembering(read, self.config, self.kept)
-        return analyse_coupons(simulation, unknowns(read, self.config))
+        return analyse(simulation, unknowns(read, self.config))
 
     def sigma(self, change: np.ndarray) -> float:
         """Length of a change of the readings after the modulus."""

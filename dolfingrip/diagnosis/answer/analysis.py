@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -43,7 +43,6 @@ class Analysis[S: Simulator]:
         simulation: of the model.
         unseen: causes that no reading feels.
         failed: why others could not be simulated, by name.
-        not_reached: tests with readings that the model does not reach, and why.
         not_tried: causes that nothing is known of yet.
     """
 
@@ -52,9 +51,8 @@ class Analysis[S: Simulator]:
     errors: Errors
     simulation: S
     unseen: Sequence[str]
-    failed: Mapping[str, str] = field(default_factory=dict)
-    not_reached: Sequence[str] = ()
-    not_tried: Sequence[str] = ()
+    failed: Mapping[str, str]
+    not_tried: Sequence[str]
 
     @property
     def closed_form(self) -> bool:
@@ -254,19 +252,13 @@ class Analysis[S: Simulator]:
         anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
         changes = {nuisance.name: nuisance.change for nuisance in anew}
         (columns,) = tangents.told
-        slopes = np.zeros((len(columns), len(fit.zeta)))
-        at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
-        for place, (number, zeta), slope in zip(
-            at, self._solid(fit), columns[:, 1:].T, strict=True
-        ):
-            slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
+        numbers = zip(problem.unknowns(fit.subset), fit.zeta, strict=True)
+        slopes = np.array([number.coordinate(np.array(zeta))[1] for number, zeta in numbers])
+        slopes = np.tile(slopes, (len(columns), 1))
+        slopes[:, np.r_[:count, problem.nuisance_count : len(fit.zeta)]] *= columns[:, 1:]
         for place in range(count, problem.nuisance_count):
             slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
         return columns[:, 0], slopes
-
-    def _solid(self, fit: MapFit) -> list[tuple[Unknown, float]]:
-        """Numbers that simulations are functions of, and ζ at a fit."""
-        return [(self.problem.factor, float(fit.zeta[0])), *self.point(fit).numbers]
 
     def covariances(
         self, addition: Proposal, readings: np.ndarray

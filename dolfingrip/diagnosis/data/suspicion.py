@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from itertools import product
 from typing import Final
 
@@ -61,18 +61,6 @@ Pairs = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 Raised = list[tuple[SpecimenTest, Slip]]
 """Doubts, each with its test."""
-
-
-Suspect = Callable[[Sequence[Slip]], None]
-"""Is told suspicions."""
-
-
-def unsuspected(raised: Sequence[Slip]) -> None:
-    """Do nothing about suspicions.
-
-    Args:
-        raised: the suspicions.
-    """
 
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Slip]:

@@ -100,19 +100,14 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
     """
     listed = measurement.listed
     test = listed["test"].to_numpy()
-    configs = {number: run.config for run in base.runs for number in run.group.tests}
+    configs = _configs(base)
     forces, fitted = in_proportion(measurement), fitted_effects()
 
     def of(key: str, marked: np.ndarray | bool = True, name: str = "") -> Nuisance:
         """By the key that is told; of the readings, (n,), that are ``marked``."""
-        change = np.zeros(len(test))
-        for t in measurement.tests:
-            mine = (test == t.number) & marked
-            std = t.setup.nuisances.get(key, 0.0)
-            for parameter, amount in changes(configs[t.number], key, std).items():
-                slope = base.slopes.get(parameter)
-                if slope is not None:
-                    change[mine] += slope[mine] * amount
+        stds = np.array([t.setup.nuisances.get(key, 0.0) for t in measurement.tests])
+        by_one = base.changes(lambda config: changes(config, key, 1.0))
+        change = marked * stds[test] * np.nan_to_num(measurement.collected(by_one))
         return told(key, change, name)
 
     def told(key: str, change: np.ndarray, name: str = "") -> Nuisance:
@@ -154,10 +149,8 @@ def told_of(cls: type[Effect], test: SpecimenTest) -> Mapping[str, float]:
     return {key: std for key, std in stds.items() if std}
 
 
-def displayed(
-    measurement: Measurement, rows: Rows, configs: Mapping[int, Config]
-) -> dict[tuple[int, ...], dict[str, np.ndarray]]:
-    """Readings at the rows as instruments show them.
+def displayed(measurement: Measurement, rows: Rows, configs: Mapping[int, Config]) -> np.ndarray:
+    """(n,) readings as instruments show them.
 
     Args:
         measurement: with the rows.
@@ -176,20 +169,18 @@ def displayed(
             for name, values in config.extensions.displayed(true, config.camera).items():
                 if name in columns:
                     shown[tests][name][mine] = values
-    return shown
+    return measurement.collected(shown)
+
+
+def _configs(base: SimulatedReadings) -> dict[int, Config]:
+    """Configuration that each test was simulated with, by its number."""
+    return {number: run.config for run in base.runs for number in run.group.tests}
 
 
 def _of_camera(measurement: Measurement, base: SimulatedReadings) -> Iterator[Nuisance]:
     """Changes of the readings by each number of a camera's errors that a laboratory tells."""
-    count, rows = len(measurement.readings), dict[tuple[int, ...], dict[str, np.ndarray]]()
-    for run in base.runs:
-        rows[run.group.tests] = {
-            name: run.schedule.at_rows(values[None], count, force=run.force(name))[0]
-            for name, values in run.columns().items()
-            if name != TIME.name and len(values)
-        }
-    configs = {number: run.config for run in base.runs for number in run.group.tests}
-    true = measurement.collected(displayed(measurement, rows, configs))
+    configs, rows = _configs(base), base.true
+    true = displayed(measurement, rows, configs)
     for cls in camera_errors():
         for key, report in cls.told_by.items():
             off, most = dict(configs), 0.0
@@ -200,7 +191,7 @@ def _of_camera(measurement: Measurement, base: SimulatedReadings) -> Iterator[Nu
                     off[test.number] = changed(configs[test.number], named_so)
                     most = max(most, test.setup.nuisances[report.key])
             if most:
-                shown = measurement.collected(displayed(measurement, rows, off))
+                shown = displayed(measurement, rows, off)
                 name = f"{report.key}, {key}"
                 unknown = Unknown.marginal(name, most, units.unit(report.key))
                 yield Nuisance(unknown, shown - true)

@@ -10,7 +10,8 @@ slopes.slopes["material.mu_MPa"]   # (n,)
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from dolfingrip.diagnosis.simulation.runner import Workers, request
 from dolfingrip.diagnosis.simulation.stops import StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.extensions.index import effect
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.protocol_file import key as key_of
 
@@ -36,9 +38,10 @@ class SimulationGroup:
         experiment: its name.
         config: the configuration with their set-up.
         tests: numbers of the tests.
-        curve: one elastic curve, shared by all tests of this set-up, however they went; None where
-            cavities have supplies of their own, as no single pressure tells the state then, and
-            where time tells it: with inertia, or a supply of air.
+        curve: one elastic curve, shared by all tests of this set-up, however they went, with the
+            rows of all of them; None where cavities have supplies of their own, as no single
+            pressure tells the state then, and where time tells it: with inertia, or a supply of
+            air.
         in_time: the way these tests went.
         settled: the same without cycles that go as the one before them, which is read again.
     """
@@ -56,6 +59,15 @@ class SimulationGroup:
             return self.curve
         clock = any(effect.clock for effect in config.extensions.active())
         return self.in_time if clock else self.settled
+
+    def feels(self, key: str) -> bool:
+        """Tell whether its readings can feel a key of the configuration, as far as effects go."""
+        section, _, name = key.partition(".")
+        if section != "extensions":
+            return True
+        kind = effect(name.partition(".")[0])
+        felt: bool = kind.felt_on(EXPERIMENTS[self.experiment].parts)
+        return felt and (self.experiment != "bending" or kind.felt_in_bending(self.config))
 
 
 def path_independent(config: Config) -> bool:
@@ -112,7 +124,7 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
                     first.experiment,
                     applied[tests[0]],
                     tests,
-                    curve and _of(curve, measurement, tests),
+                    curve,
                     at_rows or stops.in_time(led, control),
                     at_rows or stops.in_time(led, control, settles=True),
                 )
@@ -134,36 +146,26 @@ def _together(
     return parts
 
 
-def _of(route: StopSchedule, measurement: Measurement, tests: Sequence[int]) -> StopSchedule:
-    """``route`` with the rows of these tests alone."""
-    belongs = measurement.readings["test"].to_numpy()
-    legs = []
-    for leg in route.legs:
-        mine = np.isin(belongs[leg.rows], tests)
-        legs.append(replace(leg, rows=leg.rows[mine], rows_at=leg.rows_at[mine]))
-    return replace(route, legs=tuple(legs))
-
-
 @dataclass(frozen=True, slots=True)
 class ModelVariant:
     """The changes of one simulation of all tests.
 
     Attributes:
-        overrides: values by key, which take precedence over the set-up of each test.
+        overrides: values by key, which take precedence over the set-up of each test; effects that
+            an experiment does not feel are left out there.
         gradients: keys of parameters that readings are derived by; those that an experiment does
             not have are left out there.
-        only_in: experiments that are simulated; all where None.
         mesh_check: whether the error of the mesh is estimated.
     """
 
     overrides: Change = field(default_factory=dict)
     gradients: tuple[str, ...] = ()
-    only_in: frozenset[str] | None = None
     mesh_check: bool = False
 
     def of(self, group: SimulationGroup) -> Config:
         """The configuration that a group is simulated with, without its protocol."""
-        return changed(group.config, self.overrides)
+        felt = {key: value for key, value in self.overrides.items() if group.feels(key)}
+        return changed(group.config, felt)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,11 +189,16 @@ class SimulatedGroup:
         """Sentence on why it ended where it did."""
         return self.result.failure or ""
 
-    def columns(self, slope: str | None = None) -> Mapping[str, np.ndarray]:
-        """(reached,) readings by column, or their derivatives by a parameter."""
-        if slope is None:
-            return self.result.columns
-        return {name: values for (name, key), values in self.result.slopes.items() if key == slope}
+    def change(self, amounts: Mapping[str, float]) -> Mapping[str, np.ndarray]:
+        """(reached,) change of the readings by column, by derivatives.
+
+        Args:
+            amounts: that parameters change by; those that nothing is derived by change nothing.
+        """
+        change = {name: np.zeros(len(values)) for name, values in self.result.columns.items()}
+        for (name, key), slope in self.result.slopes.items():
+            change[name] += amounts.get(key, 0.0) * np.nan_to_num(slope)
+        return change
 
     def force(self, name: str) -> np.ndarray | None:
         """(reached,) force that begins to act where a finger touches; None of other readings.
@@ -203,34 +210,79 @@ class SimulatedGroup:
         return self.result.columns[name] if touching else None
 
 
-@dataclass
-class ModelReadings:
+@dataclass(frozen=True, eq=False)
+class SimulatedReadings:
     """The readings of a measurement as a model has them.
 
     Attributes:
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
         by_control: (n,) derivative of the reading by the control, for each kPa or mm; 0 in waits of
             models with memory.
-        slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
-            list are numbered, as in ``extensions.prony.g[0]``.
+        measurement: the readings that were measured.
+        runs: all simulations; none where they are a closed form.
     """
 
     readings: np.ndarray
     by_control: np.ndarray
-    slopes: Mapping[str, np.ndarray]
+    measurement: Measurement
+    runs: Sequence[SimulatedGroup] = ()
+
+    @classmethod
+    def of(cls, measurement: Measurement, runs: Sequence[SimulatedGroup]) -> SimulatedReadings:
+        """Read simulations at the measured rows."""
+        at_rows = partial(_at_rows, measurement, runs, lambda run: run.result.columns)
+        readings, by_control = (measurement.collected(at_rows(derivative=d)) for d in (0, 1))
+        return cls(readings, by_control, measurement, runs)
+
+    @property
+    def true(self) -> Rows:
+        """Readings at all rows, which instruments are to show."""
+        return _at_rows(self.measurement, self.runs, lambda run: run.result.columns)
+
+    def changes(self, amounts: Callable[[Config], Mapping[str, float]]) -> Rows:
+        """Return changes of the readings at all rows, by derivatives.
+
+        Args:
+            amounts: that parameters change by, in a configuration.
+        """
+        return _at_rows(self.measurement, self.runs, lambda run: run.change(amounts(run.config)))
+
+    def by(self, key: str) -> Rows:
+        """Derivatives of the readings at all rows by a parameter."""
+        return self.changes(lambda _: {key: 1.0})
+
+    @cached_property
+    def slopes(self) -> Mapping[str, np.ndarray]:
+        """(n,) derivative by each parameter that is felt, for each unit of it.
+
+        Entries of a list are numbered, as in ``extensions.prony.g[0]``.
+        """
+        keys = dict.fromkeys(key for run in self.runs for _, key in run.result.slopes)
+        return {key: self.measurement.collected(self.by(key), 0.0) for key in keys}
+
+    @property
+    def failures(self) -> Sequence[SimulatedGroup]:
+        """Simulations that left readings without a number."""
+        test, lost = self.measurement.listed["test"], np.isnan(self.readings)
+        ended = (run for run in self.runs if run.result.failure_class is not None)
+        return [run for run in ended if lost[test.isin(run.group.tests)].any()]
 
 
-@dataclass
-class SimulatedReadings(ModelReadings):
-    """The readings of a measurement as one variant has them.
-
-    Attributes:
-        failures: simulations that left readings without a number.
-        runs: all of them.
-    """
-
-    failures: Sequence[SimulatedGroup]
-    runs: Sequence[SimulatedGroup]
+def _at_rows(
+    measurement: Measurement,
+    runs: Sequence[SimulatedGroup],
+    values: Callable[[SimulatedGroup], Mapping[str, np.ndarray]],
+    derivative: int = 0,
+) -> Rows:
+    """Readings at all rows from (reached,) values by column at the stops of each simulation."""
+    count = len(measurement.readings)
+    return {
+        run.group.tests: {
+            name: run.schedule.at_rows(at_stops, count, derivative, run.force(name))
+            for name, at_stops in values(run).items()
+        }
+        for run in runs
+    }
 
 
 def simulate(
@@ -250,18 +302,14 @@ def simulate(
     """
     parts = groups(measurement, config)
     planned = [
-        [
-            _planned(variant, group, measurement.read_by(group.experiment))
-            for group in parts
-            if variant.only_in is None or group.experiment in variant.only_in
-        ]
+        [_planned(variant, group, measurement.read_by(group.experiment)) for group in parts]
         for variant in variants
     ]
     results = iter(workers.results([request for row in planned for *_, request in row]))
     simulated = []
     for row in planned:
         runs = [SimulatedGroup(group, cfg, route, next(results)) for group, cfg, route, _ in row]
-        simulated.append(_assembled(measurement, runs))
+        simulated.append(SimulatedReadings.of(measurement, runs))
     return simulated
 
 
@@ -289,28 +337,3 @@ def _feels(experiment: str, config: Config, key: str) -> bool:
         if p.key == key or p.key.startswith(f"{key}[")
         if config.mesh.file is None or not issubclass(p.section, Geometry)
     )
-
-
-def _assembled(measurement: Measurement, runs: Sequence[SimulatedGroup]) -> SimulatedReadings:
-    count = len(measurement.readings)
-
-    def at_rows(slope: str | None = None, derivative: int = 0) -> Rows:
-        return {
-            run.group.tests: {
-                name: run.schedule.at_rows(values, count, derivative, run.force(name))
-                for name, values in run.columns(slope).items()
-            }
-            for run in runs
-        }
-
-    readings = measurement.collected(at_rows())
-    by_control = measurement.collected(at_rows(derivative=1))
-    keys = dict.fromkeys(key for run in runs for _, key in run.result.slopes)
-    slopes = {key: measurement.collected(at_rows(key), 0.0) for key in keys}
-    failures = [
-        run
-        for run in runs
-        if run.result.failure_class is not None
-        and np.isnan(readings[measurement.listed["test"].isin(run.group.tests)]).any()
-    ]
-    return SimulatedReadings(readings, by_control, slopes, failures, runs)

@@ -17,7 +17,7 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, SimulationGroup
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +85,12 @@ class Simulator(Protocol):
         measurement: what is simulated.
         config: the model as configured.
         closed_form: whether a simulation costs nothing.
+        not_reached: tests with readings that the model does not reach, which are left out, and why.
     """
 
     measurement: Measurement
     config: Config
+    not_reached: Sequence[str]
     closed_form: ClassVar[bool]
 
     @property
@@ -100,7 +102,7 @@ class Simulator(Protocol):
         """Tests that are simulated together."""
 
     @property
-    def base(self) -> ModelReadings:
+    def base(self) -> SimulatedReadings:
         """The model without causes."""
 
     @property
@@ -123,6 +125,20 @@ class Simulator(Protocol):
 
         Returns:
             Readings and derivatives of each; None where a simulation does not reach all readings.
+        """
+
+    def plain(self, point: Point) -> Tangents:
+        """Simulate the model without causes, at its start."""
+
+    def resting(self, causes: Sequence[Cause], start: Point) -> dict[str, Tangents] | None:
+        """Simulate causes where they do nothing: derivatives by the amplitudes of each.
+
+        Args:
+            causes: that are smooth there.
+            start: the model's own numbers.
+
+        Returns:
+            By the name of each cause that is felt; None where no such simulation tells them.
         """
 
     def free(self, point: Point) -> Point | None:

@@ -27,9 +27,7 @@ import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
-from types import MappingProxyType
-from typing import NamedTuple
+from itertools import groupby, pairwise
 
 import numpy as np
 import pandas as pd
@@ -38,7 +36,8 @@ from scipy.interpolate import CubicSpline
 from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.diagnosis.data.motion import farthest, smallest_change
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.sections.procedure import branch_of
+from dolfingrip.experiments.protocol import Stop
+from dolfingrip.sections.procedure import Branch, branch_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,22 +203,6 @@ class StopSchedule:
         return readings
 
 
-class NominalStop(NamedTuple):
-    """Where a test is simulated.
-
-    Attributes:
-        time_s, cycle, branch: of the stop.
-        value: of the control that leads its segment.
-        controls: values of all controls, by column.
-    """
-
-    time_s: float
-    value: float
-    cycle: int
-    branch: str
-    controls: Mapping[str, float] = MappingProxyType({})
-
-
 @dataclass(frozen=True, slots=True)
 class ControlSegment:
     """Successive rows of a test in one branch of one cycle.
@@ -236,13 +219,14 @@ class ControlSegment:
         jump: a change of the control that is none of the gauge's noise.
         leads_to: value of the wait that follows; NaN where none does.
         lead: column of the control whose values these are: of several the one that moves farthest.
-        below: whether it lies on the side of suction, where a load grows as its value falls.
+        way: 1 where the value rises, -1 where it falls, as a load of suction does while it grows;
+            0 where it waits.
         others: values of the other controls at each row, by column; those that rest are constant.
         policy: how many stops it has, and where.
     """
 
     cycle: int
-    branch: str
+    branch: Branch
     rows: np.ndarray
     time_s: np.ndarray
     value: np.ndarray
@@ -252,13 +236,11 @@ class ControlSegment:
     jump: float
     leads_to: float = math.nan
     lead: str = ""
-    below: bool = False
+    way: float = 0.0
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
     policy: Policy = Policy()
 
-    def led(
-        self, stops: Sequence[NominalStop], before: NominalStop | None
-    ) -> Iterator[NominalStop]:
+    def led(self, stops: Sequence[Stop], before: Stop | None) -> Iterator[Stop]:
         """Stops of it with the values of all controls, straight in time from one row to the next.
 
         Args:
@@ -270,11 +252,11 @@ class ControlSegment:
         for stop in stops:
             others = {
                 name: float(
-                    np.interp(stop.time_s, time_s, [*(s.controls[name] for s in start), *values])
+                    np.interp(stop.time_s, time_s, [*(s.others[name] for s in start), *values])
                 )
                 for name, values in self.others.items()
             }
-            yield stop._replace(controls={self.lead: stop.value, **others})
+            yield replace(stop, others={self.lead: stop.value, **others})
 
     @property
     def end(self) -> float:
@@ -282,25 +264,6 @@ class ControlSegment:
         if not math.isnan(self.leads_to):
             return self.leads_to
         return float(self.value.min() if self.way < 0 else self.value.max())
-
-    @property
-    def way(self) -> float:
-        """1 where the value rises, -1 where it falls, 0 where it waits."""
-        away = {"loading": 1.0, "unloading": -1.0}.get(self.branch, 0.0)
-        return -away if self.below else away
-
-    @property
-    def lasts_s(self) -> float:
-        """From its first row to its last."""
-        return float(self.time_s[-1] - self.time_s[0])
-
-    @property
-    def most(self) -> int:
-        """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
-        if not self.sigma:
-            return self.policy.most_stops
-        told_apart = int(np.ptp(self.value) / (self.policy.certain * self.sigma))
-        return min(self.policy.most_stops, max(self.policy.few, told_apart))
 
 
 def segments(
@@ -315,37 +278,35 @@ def segments(
     few, many = (0.0, 0.0) if controls[0] == DISPLACEMENT.name else (guessed, sigma)
     if (np.abs(values[:, 0]) < jumps).all():  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
-    leg = rows["leg"].to_numpy()
-    new = (cycle[1:] != cycle[:-1]) | (leg[1:] != leg[:-1])
-    cuts = np.flatnonzero(np.concatenate([[True], new]))
-    ends = [*cuts[1:], len(rows)]
-    places = rows.index.to_numpy()
-    leads = farthest(values, np.cumsum(np.concatenate([[0], new])))
+    _, starts, leg = np.unique(rows["leg"], return_index=True, return_inverse=True)
     pieces: list[ControlSegment] = []
-    for a, b, lead in zip(cuts, ends, leads, strict=True):
-        value, jump = values[lead], jumps[lead]
-        led, size = value[a:b], max(float(np.abs(value).max()), 1e-12)
+    places = np.split(np.arange(len(rows)), starts[1:])
+    for part, lead in zip(places, farthest(values, leg), strict=True):
+        value, jump, start = values[lead], jumps[lead], part[0]
+        led, size = value[part], max(float(np.abs(value).max()), 1e-12)
         others = {
-            name: _settled_at(beside[a:b], least)
+            name: _settled_at(beside[part], least)
             for name, beside, least in zip(controls, values, jumps, strict=True)
             if name != controls[lead]
         }
-        rounds_by = few if b - a <= policy.most_stops else many  # whose stops are means
-        if branch[a] == "hold":
+        rounds_by = few if len(part) <= policy.most_stops else many  # whose stops are means
+        if branch[start] == "hold":
             # where the ramp before it led to was read once more, as its last row
-            before = value[a - 1 : a] if a and abs(value[a - 1] - led.mean()) <= jump else led[:0]
+            read_before = start and abs(value[start - 1] - led.mean()) <= jump
+            before = value[start - 1 : start] if read_before else led[:0]
             mean = float(np.concatenate([before, led]).mean())
-            within = rounds_by / math.sqrt(b - a)
+            within = rounds_by / math.sqrt(len(part))
             meant = meant_end(mean, size / policy.most_stops, within, policy)
-            led = np.full(b - a, meant)
+            led = np.full(len(part), meant)
             if before.size and pieces[-1].branch != "hold" and pieces[-1].lead == controls[lead]:
                 pieces[-1] = replace(pieces[-1], leads_to=meant)
-        side = led[-1] if branch[a] == "loading" else value[max(a - 1, 0)]
+        side = led[-1] if branch[start] == "loading" else value[max(start - 1, 0)]
+        away = {"loading": 1.0, "unloading": -1.0}.get(branch[start], 0.0)
         pieces.append(
             ControlSegment(
-                int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], led, size, sigma,
-                rounds_by, jump, lead=controls[lead], below=bool(side < -jump), others=others,
-                policy=policy,
+                int(cycle[start]), branch[start], rows.index.to_numpy()[part], time_s[part], led,
+                size, sigma, rounds_by, jump, lead=controls[lead],
+                way=-away if side < -jump else away, others=others, policy=policy,
             )
         )  # fmt: skip
     return pieces
@@ -362,7 +323,8 @@ def alike(first: Sequence[ControlSegment], second: Sequence[ControlSegment]) -> 
     """Tell whether two tests went the same way, so that one simulation serves both."""
     off = first[0].policy.alike * max(abs(s.end) for s in first)
     return _as_far(first, second, off) and all(
-        a.cycle == b.cycle and abs(a.lasts_s - b.lasts_s) <= 0.1 * a.lasts_s + 0.5
+        a.cycle == b.cycle
+        and abs(np.ptp(a.time_s) - np.ptp(b.time_s)) <= 0.1 * np.ptp(a.time_s) + 0.5
         for a, b in zip(first, second, strict=True)
     )
 
@@ -407,9 +369,8 @@ def in_time(
             a model with a memory but no clock. It is read from that one then.
     """
     longest = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
-    beside = sorted({longest[0].lead, *longest[0].others} - {control})
     again = _settled(longest) if settles and not longest[0].others else {}
-    stops: list[NominalStop] = []
+    stops: list[Stop] = []
     legs: list[StopInterpolant] = []
     for i, segment in enumerate(longest):
         same = [test[i] for test in tests]
@@ -418,7 +379,7 @@ def in_time(
             places = legs[again[i]].stops
         else:
             last = stops[-1] if stops else None
-            before = last and last._replace(value=last.controls[segment.lead])
+            before = last and replace(last, value=last.others[segment.lead])
             back = _back(segment, before)
             before = back[-1] if back else before
             first = len(stops) + len(back)
@@ -435,13 +396,10 @@ def in_time(
             rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
         else:
             rows_at = np.concatenate([part.value for part in same])
-            at = np.array([stop.controls[segment.lead] for stop in on_leg])
+            at = np.array([stop.others[segment.lead] for stop in on_leg])
         rows = np.concatenate([part.rows for part in same])
         legs.append(StopInterpolant(places, at, rows, rows_at, segment.policy))
-    time_s, _, cycle, branch, every = zip(*stops, strict=True)
-    value, *others = (tuple(values[name] for values in every) for name in (control, *beside))
-    named = dict(zip(beside, others, strict=True))
-    return StopSchedule(control, time_s, value, cycle, branch, tuple(legs), named)
+    return _scheduled(stops, legs, control)
 
 
 def moment_by_moment(tests: Sequence[Sequence[ControlSegment]], control: str) -> StopSchedule:
@@ -454,23 +412,34 @@ def moment_by_moment(tests: Sequence[Sequence[ControlSegment]], control: str) ->
         control: column of the experiment's control; others are supplies of single cavities.
     """
     longest = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
-    stops: list[NominalStop] = []
+    stops: list[Stop] = []
     for segment in longest:
         after_s = stops[-1].time_s if stops else -math.inf
-        rows = [
-            NominalStop(float(time_s), float(value), segment.cycle, segment.branch)
+        new = [
+            Stop(float(value), float(time_s), segment.branch, segment.cycle)
             for time_s, value in zip(segment.time_s, segment.value, strict=True)
             if time_s > after_s
         ]
-        stops += segment.led(rows, stops[-1] if stops else None)
-    time_s, _, cycle, branch, every = zip(*stops, strict=True)
-    series = {name: tuple(values[name] for values in every) for name in every[0]}
+        stops += segment.led(new, stops[-1] if stops else None)
     parts = [segment for test in tests for segment in test]
     rows_at = np.concatenate([segment.time_s for segment in parts])
     rows = np.concatenate([segment.rows for segment in parts])
-    policy = longest[0].policy
-    leg = StopInterpolant(np.arange(len(stops)), np.array(time_s), rows, rows_at, policy)
-    return StopSchedule(control, time_s, series.pop(control), cycle, branch, (leg,), series)
+    stops_s = np.array([stop.time_s for stop in stops])
+    leg = StopInterpolant(np.arange(len(stops)), stops_s, rows, rows_at, longest[0].policy)
+    return _scheduled(stops, [leg], control)
+
+
+def _scheduled(
+    stops: Sequence[Stop], legs: Sequence[StopInterpolant], control: str
+) -> StopSchedule:
+    """The schedule of stops that tell the values of all controls."""
+    beside = sorted({*stops[0].others} - {control})
+    value, *others = (tuple(stop.others[name] for stop in stops) for name in (control, *beside))
+    return StopSchedule(
+        control, tuple(stop.time_s for stop in stops), value,
+        tuple(stop.cycle for stop in stops), tuple(stop.branch for stop in stops), tuple(legs),
+        dict(zip(beside, others, strict=True)),
+    )  # fmt: skip
 
 
 def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
@@ -479,12 +448,11 @@ def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
     Returns:
         the place of the segment that it is like, by that of each.
     """
-    cycles: dict[int, list[int]] = {}
-    for place, segment in enumerate(segments):
-        cycles.setdefault(segment.cycle, []).append(place)
+    cycle = [segment.cycle for segment in segments]
+    cycles = [[*places] for _, places in groupby(range(len(segments)), cycle.__getitem__)]
     off = segments[0].policy.alike * max(abs(segment.end) for segment in segments)
     like: dict[int, int] = {}
-    for before, now in pairwise([*cycles.values()][1:]):
+    for before, now in pairwise(cycles[1:]):
         ends = [segment.end for segment in segments[: before[0]]]
         once, again = ([segments[place] for place in places] for places in (before, now))
         reached = all(min(ends) - off <= s.end <= max(ends) + off for s in once)
@@ -510,22 +478,26 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
     return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
 
 
-def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+def _back(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """The way back from the stop before to where a ramp begins, if nothing was read along it."""
     way, apart = segment.way, segment.size / segment.policy.most_stops
     start = meant_end(float(segment.value[0]), apart, segment.rounds_by, segment.policy)
     if before is None or way * (start - before.value) >= -segment.jump:
         return []
     time_s = max(float(segment.time_s[0]), before.time_s + 1e-6)
-    return [NominalStop(time_s, start, segment.cycle, branch_of(before.value, start))]
+    return [Stop(start, time_s, branch_of(before.value, start), segment.cycle)]
 
 
-def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+def _ramp(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """Stops of a ramp."""
     way, closest = segment.way, segment.policy.gauge * segment.size
     time_s, value = segment.time_s, segment.value
-    if len(value) > segment.most:
-        edges = np.linspace(0, len(value), segment.most + 1).astype(int)
+    most = segment.policy.most_stops
+    if segment.sigma:  # fewer where its rows lie within the gauge's noise
+        told_apart = int(np.ptp(value) / (segment.policy.certain * segment.sigma))
+        most = min(most, max(segment.policy.few, told_apart))
+    if len(value) > most:
+        edges = np.linspace(0, len(value), most + 1).astype(int)
         parts = [slice(a, b) for a, b in pairwise(edges)]
         value = np.array([value[part].mean() for part in parts])
         time_s = np.array([time_s[part].mean() for part in parts])
@@ -537,19 +509,24 @@ def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         there = way * value < way * segment.leads_to - closest
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
-    stops: list[NominalStop] = []
-    last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
+    went = [(before.time_s, before.value) if before else (0.0, -np.inf * way)]
     for moment, here in zip(time_s, value, strict=True):
+        last_s, last = went[-1]
         if way * (here - last) > closest:
-            last_s, last = max(float(moment), last_s), float(here)
-            stops.append(NominalStop(last_s, last, segment.cycle, segment.branch))
-    if not stops:  # a ramp that does not move
-        end_s = max(float(time_s[-1]), last_s)
-        stops.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
-    return meant_ramp(stops, before, segment)
+            went.append((max(float(moment), last_s), float(here)))
+    if len(went) == 1:  # a ramp that does not move
+        went.append((max(float(time_s[-1]), went[0][0]), went[0][1]))
+    time_s, value = np.array(went if before else went[1:]).T
+    if segment.rounds_by and np.ptp(value):
+        time_s, value = _meant_ramp(time_s, value, segment, goes_on=before is not None)
+    stops = [
+        Stop(float(here), float(moment), segment.branch, segment.cycle)
+        for moment, here in zip(time_s, value, strict=True)
+    ]
+    return stops[1:] if before else stops
 
 
-def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+def _wait(segment: ControlSegment, before: Stop | None) -> list[Stop]:
     """Stops of a wait, at the value that came before where that is the same."""
     value = segment.end
     if before is not None and abs(value - before.value) <= segment.jump:
@@ -564,12 +541,8 @@ def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         delays = segment.time_s - since
         spread = np.geomspace(delays[delays > 0].min(), end_s - since, most)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
-    stops: list[NominalStop] = []
-    for moment in moments:
-        if (not stops and before is None) or moment > last_s:
-            last_s = moment
-            stops.append(NominalStop(moment, value, segment.cycle, "hold"))
-    return stops or [NominalStop(last_s + 1e-6, value, segment.cycle, "hold")]
+    later = [at_s for at_s in map(float, np.unique(moments)) if not before or at_s > last_s]
+    return [Stop(value, at_s, "hold", segment.cycle) for at_s in later or [last_s + 1e-6]]
 
 
 def _rising(values: Sequence[float], least: float) -> np.ndarray:
@@ -583,18 +556,16 @@ def _rising(values: Sequence[float], least: float) -> np.ndarray:
     return np.array(rising, dtype=float)
 
 
-def unit_for(distance: float, policy: Policy = Policy()) -> float:
-    """The largest round number times a power of ten up to a part of a distance."""
-    most = distance / policy.fineness
-    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
-    return power * max(step for step in policy.steps if step * power <= most * (1 + 1e-9))
-
-
 def meant_end(value: float, distance: float, sigma: float, policy: Policy = Policy()) -> float:
-    """The round value near a stop if the gauge's noise allows, else as it was read."""
+    """The round value near a stop if the gauge's noise allows, else as it was read.
+
+    Round are multiples of the largest round number times a power of ten up to a part of a distance.
+    """
     if not (sigma and distance > 0):
         return value
-    unit = unit_for(distance, policy)
+    most = distance / policy.fineness
+    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
+    unit = power * max(step for step in policy.steps if step * power <= most * (1 + 1e-9))
     meant = float(f"{round(value / unit) * unit:.9g}")
     return meant if abs(meant - value) <= policy.certain * sigma else value
 
@@ -605,29 +576,23 @@ def meant_places(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> n
     return np.array([meant_end(float(value), distance, sigma, policy) for value in read])
 
 
-def meant_ramp(
-    stops: Sequence[NominalStop], before: NominalStop | None, segment: ControlSegment
-) -> list[NominalStop]:
-    """The stops of a ramp at round values, at one rate where its rows allow.
+def _meant_ramp(
+    time_s: np.ndarray, read: np.ndarray, segment: ControlSegment, *, goes_on: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times and round values of the stops of a ramp, at one rate where its rows allow.
 
     Args:
-        stops: as read, the values rise or fall.
-        before: the stop that it starts from; None at the start of a test.
-        segment: the ramp; its stops are not changed where its gauge has no noise.
+        time_s: of the stops.
+        read: values there, which rise or fall.
+        segment: the ramp.
+        goes_on: whether the first of them is the last stop before the ramp, which stays.
     """
-    sigma, leads_to, policy = segment.rounds_by, segment.leads_to, segment.policy
-    joined = [*([before] if before else []), *stops]
-    if not sigma or len(joined) < 2:
-        return list(stops)
-    time_s = np.array([stop.time_s for stop in joined])
-    read = np.array([stop.value for stop in joined])
-    if read[-1] == read[0]:
-        return list(stops)
+    sigma, policy = segment.rounds_by, segment.policy
     meant = meant_places(read, sigma, policy)
-    if not math.isnan(leads_to):
-        meant[-1] = leads_to
-    if before:
-        meant[0] = before.value
+    if not math.isnan(segment.leads_to):
+        meant[-1] = segment.leads_to
+    if goes_on:
+        meant[0] = read[0]
     span = float(meant[-1] - meant[0]) or 1.0
     whole_s = float(time_s[-1] - time_s[0])
     # the time at which the gauge reads an end is as uncertain as its reading there
@@ -639,8 +604,5 @@ def meant_ramp(
         time_s = line_s
     at, places = np.unique(part, return_index=True)
     inner = places[(at > policy.gauge) & (at < 1 - policy.gauge)]
-    first = [] if before else [0]
-    return [
-        stops[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
-        for i in [*first, *inner, len(meant) - 1]
-    ]
+    kept = [0, *inner, len(meant) - 1]
+    return np.array([float(f"{moment:.9g}") for moment in time_s[kept]]), meant[kept]

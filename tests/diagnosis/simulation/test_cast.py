@@ -5,7 +5,6 @@ Nothing was measured: what is simulated matters here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,18 +15,18 @@ from support.measured_files import written
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.diagnosis import diagnose as diagnosing
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.diagnosis.screening import analyse_fingers, not_reached
+from dolfingrip.diagnosis.screening import analyse, not_reached, simulator_of
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.diagnosis.simulation.simulator import Point, scaled_moduli
 from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
-from dolfingrip.files.diagnosis import Slip
 from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "bending"
@@ -180,7 +179,7 @@ def test_moduli_at_which_the_finger_ends_before_its_readings_are_left(
         return found if point.moduli > 0.9 else replace(found, told=np.nan * found.told)
 
     monkeypatch.setattr(FingerSimulation, "plain", reached)
-    found = analyse_fingers(soft, block(), simulation.workers, [])
+    found = analyse(simulator_of(soft, block(), simulation.workers), [])
     (runs,) = found.problem.runs.values()
     assert len(runs.u) == 1
     assert found.simulation.start is not None
@@ -188,22 +187,25 @@ def test_moduli_at_which_the_finger_ends_before_its_readings_are_left(
 
 
 def test_a_wrong_unit_is_suspected_before_anything_is_fitted(
-    simulation: FingerSimulation, measurement: Measurement
+    simulation: FingerSimulation, measurement: Measurement, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """After the one simulation as configured, whose angles are read in radians."""
     (there,) = simulate(measurement, block(), [ModelVariant(simulation.flat)], simulation.workers)
+    wrong = measurement.reading(np.radians(there.readings))
     told: list[str] = []
 
-    class SuspectedError(Exception):
+    class FittedError(Exception):
         """Ends the diagnosis."""
 
-    def suspect(raised: Sequence[Slip]) -> None:
-        raise SuspectedError(*(suspicion.meaning for suspicion in raised))
+    def fitted(*_: object, **__: object) -> None:
+        raise FittedError
 
-    wrong = measurement.reading(np.radians(there.readings))
-    with pytest.raises(SuspectedError, match="an angle in radians"):
-        analyse_fingers(wrong, block(), simulation.workers, [], None, told.append, suspect)
-    assert told == ["simulating the measurement as configured"]
+    monkeypatch.setattr(diagnosing, "analyse", fitted)
+    settings = DiagnosisSettings(say=told.append)
+    with pytest.raises(FittedError):
+        diagnose_measurement(wrong, block(), simulation.workers, settings)
+    assert told[0] == "simulating the measurement as configured"
+    assert "an angle in radians" in told[1]
 
 
 def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:

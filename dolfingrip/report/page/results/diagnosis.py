@@ -12,8 +12,8 @@ import pandas as pd
 
 from dolfingrip.charts.chart import Chart
 from dolfingrip.files.diagnosis import DiagnosisFile
-from dolfingrip.files.diagnosis_words import cautions, chance, lines, tables
-from dolfingrip.report.diagnosis import overlays, panels, probabilities
+from dolfingrip.files.diagnosis_words import LEAST, cautions, chance, lines, tables
+from dolfingrip.report.diagnosis import PICTURES, overlays, panels, probabilities
 from dolfingrip.report.page.content import (
     Contribution,
     DiagnosisPart,
@@ -25,12 +25,6 @@ from dolfingrip.report.page.content import (
     Verdict,
 )
 from dolfingrip.report.page.numbers import said
-
-LEAST_SHARE: Final = 0.005
-"""Probability below which a cause has no bar."""
-
-BAND_STD: Final = 2.0
-"""Half width of a reading's noise, in standard deviations."""
 
 BY_CHANCE: Final = 0.046
 """Share of readings that noise alone puts outside two standard deviations."""
@@ -77,7 +71,7 @@ def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPar
     charts: Sequence[Chart] = ()
     if readings is not None and len(readings):
         charts = overlays(content, readings)
-    bars = probabilities(content, LEAST_SHARE)
+    bars = probabilities(content, LEAST)
     unexplained = _unexplained(content, readings)
     return DiagnosisPart("Diagnosis", answer, others, bars, charts, tables(content), unexplained)
 
@@ -88,7 +82,7 @@ def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[
     said_of_it += cautions(content)
     for panel in panels(readings) if readings is not None and len(readings) else ():
         part, along = panel.part, panel.over
-        off = np.abs(part["value"] - part["after"]) > BAND_STD * part["noise"]
+        off = np.abs(part["value"] - part["after"]) > PICTURES.band_std * part["noise"]
         if off.mean() > BY_CHANCE and off.sum() > 1:
             where = part.loc[off, along.name]
             said_of_it.append(
