@@ -55,7 +55,7 @@ class NumberCheck:
 
     @property
     def quantities(self) -> tuple[PlannedQuantity, ...]:
-        """What is read, as a result file tells it."""
+        """Quantities to read, as a result file tells them."""
         return tuple(
             PlannedQuantity(
                 key=reading.key, unit=unit(reading.key), configured=reading.configured,

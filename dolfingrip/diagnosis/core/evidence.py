@@ -283,7 +283,7 @@ class InferenceProblem:
         return self.every_reading(subset, zeta)[0][: len(self.value)]
 
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
-        """Their derivatives by ζ, shape (n, d)."""
+        """Derivatives of the readings by ζ, shape (n, d)."""
         return self.every_reading(subset, zeta)[1][: len(self.value)]
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:

@@ -190,7 +190,7 @@ class NumberReading:
 
     @property
     def change(self) -> float:
-        """What is read less what would be of the model as configured."""
+        """Difference of the reading to that of the model as configured."""
         return self.value - self.configured
 
 
