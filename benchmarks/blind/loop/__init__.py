@@ -14,7 +14,7 @@ Hidden is one cause of the catalogue that changes the readings by 4 standard dev
 beside the modulus and the rig, by the hidden simulation. ``pull`` is the same on a coupon that is
 pulled once, which is simulated in closed form; its cases are no fingers, and count by themselves.
 
-**As it stands.** Of the 40 fingers (32 ``small``, 8 ``reference``) two are drawn and one is
+**As it stands.** Of the 40 fingers (32 ``small``, 8 ``reference``) three are drawn, one is
 finished: a line that lags is named alone at once, with 0.9987; of its modulus and walls one is in
 its interval. Of 12 coupons these are finished (``score``, on a machine that many runs shared; a
 diagnosis that was resumed counts from there):
