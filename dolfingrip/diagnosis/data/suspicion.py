@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.polynomial import Polynomial
 
-from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
+from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE, PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.lab_setup import STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
@@ -55,6 +55,19 @@ _OF_CONTROL: Final[Mapping[str, Mapping[str, float]]] = {
 """Slips of the control, by its unit."""
 
 
+_EVENLY: Final = {
+    DISPLACEMENT.name: (FORCE.name, "time_s"),
+    PRESSURE.name: (ANGLE.name, "order"),
+}
+"""The reading that a control may be swapped with, and what the control itself rises evenly in."""
+
+_RISES: Final = {
+    "time_s": "evenly in time, as a machine's travel",
+    "order": "by equal steps, as a regulator's pressure",
+}
+"""How a control rises, by what it rises in."""
+
+
 Pairs = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Measured and simulated readings, by column."""
 
@@ -84,8 +97,8 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Slip]:
             for name, rows in part.groupby("column", sort=False)
         }
         rows = measurement.rows(int(number))
-        swapped = _swapped(test, columns) or _swapped_with_travel(test, rows, measurement.policy)
-        raised += swapped or _scaled(test, columns, measurement.policy)
+        swapped = _swapped(test, columns) or _swapped_with_control(test, rows, measurement.policy)
+        raised += swapped or _scaled(test, columns, rows, measurement.policy)
     return _once(raised)
 
 
@@ -134,31 +147,34 @@ def _once(raised: Raised) -> list[Slip]:
     return merged
 
 
-def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> Raised:
-    """The suspicion that travel and force of a coupon are swapped.
+def _swapped_with_control(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> Raised:
+    """The suspicion that the control and a reading are swapped.
 
-    A machine moves evenly in time, and a force does not rise so.
+    A machine moves evenly in time, and a force does not rise so. A regulator's set points rise by
+    equal steps, and an angle does not.
     """
-    if test.control != DISPLACEMENT.name:
+    if test.control not in _EVENLY:
         return []
-    first = rows[(rows["cycle"] == 1) & (rows["branch"] == "loading")].dropna(subset=FORCE.name)
-    if len(first) < policy.few or np.ptp(first["time_s"]) <= 0:
+    name, evenly = _EVENLY[test.control]
+    rows = rows.assign(order=np.arange(len(rows)))
+    first = rows[(rows["cycle"] == 1) & (rows["branch"] == "loading")].dropna(subset=name)
+    if len(first) < policy.few or np.ptp(first[evenly]) <= 0:
         return []
-    travel, force = (_unevenness(first, name) for name in (DISPLACEMENT.name, FORCE.name))
-    if travel < policy.alike or force > travel / policy.more_even:
+    control, reading = (_unevenness(first, column, evenly) for column in (test.control, name))
+    if control < policy.alike or reading > control / policy.more_even:
         return []
-    meaning = f"swapped with {FORCE.name}, which rises evenly in time, as a machine's travel does"
-    return [_slip(test, DISPLACEMENT.name, meaning, None)]
+    meaning = f"swapped with {name}, which rises {_RISES[evenly]} does"
+    return [_slip(test, test.control, meaning, None)]
 
 
-def _unevenness(rows: pd.DataFrame, column: str) -> float:
-    """Largest distance of a column from a line in time, by its range."""
-    value, time_s = rows[column].to_numpy(), rows["time_s"].to_numpy()
-    line = Polynomial.fit(time_s, value, 1)(time_s)
+def _unevenness(rows: pd.DataFrame, column: str, evenly: str) -> float:
+    """Largest distance of a column from a line in another one, by its range."""
+    value, along = rows[column].to_numpy(), rows[evenly].to_numpy()
+    line = Polynomial.fit(along, value, 1)(along)
     return float(np.abs(value - line).max() / max(np.ptp(value), 1e-12))
 
 
-def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> Raised:
+def _scaled(test: SpecimenTest, columns: Pairs, rows: pd.DataFrame, policy: Policy) -> Raised:
     """Slips of unit or sign: of one reading, or of the control, which every reading shows."""
     every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
     ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
@@ -182,6 +198,9 @@ def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> Raised:
         raised += [
             _slip(test, name, meaning, math.copysign(factor, ratio)) for meaning, factor in alike
         ]
+        if alike and _exchanged(test, name, rows, ratio, policy):
+            meaning = f"swapped with {test.control}, which the readings cannot tell from a unit"
+            raised.append(_slip(test, name, meaning, None))
     if max(left.values(), default=1.0) < 0.5:
         raised += [
             _slip(test, test.control, meaning, factor)
@@ -189,6 +208,23 @@ def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> Raised:
             if all(_alike(ratio, factor, policy) for ratio in ratios.values())
         ]
     return raised
+
+
+def _exchanged(
+    test: SpecimenTest, name: str, rows: pd.DataFrame, ratio: float, policy: Policy
+) -> bool:
+    """Tell whether no material explains a ratio, but one does if an angle is the pressure.
+
+    The response is nearly proportional at first, so that the steepness of exchanged columns is 1 by
+    that of the columns.
+    """
+    if CHANNELS[name].unit != ANGLE.unit or test.control != PRESSURE.name:
+        return False
+    pairs = rows[[name, test.control]].dropna()
+    steep = _ratio(pairs[name].to_numpy(), pairs[test.control].to_numpy())
+    if not steep > 0 or 1 / policy.stiffest < ratio < policy.stiffest:
+        return False
+    return 1 / policy.stiffest < ratio / steep**2 < policy.stiffest
 
 
 def _swapped(test: SpecimenTest, columns: Pairs) -> Raised:

@@ -108,6 +108,23 @@ def test_swapped_columns() -> None:
     assert "swapped with force_N" in said.meaning
 
 
+@pytest.mark.parametrize(
+    ("curved", "told"), [(0.00045, "rises by equal steps"), (0.0, "cannot tell from a unit")]
+)
+def test_pressure_exchanged_with_angle(curved: float, told: str) -> None:
+    """A curve's set points tell; where it is a line, no material does, and a unit is named, too."""
+    turned_deg = curved * PRESSURE**2 + 0.19 * PRESSURE
+    columns = {"pressure_kPa": turned_deg, "angle_deg": PRESSURE}
+    simulated = curved * turned_deg**2 + 0.19 * turned_deg
+    for modulus in (0.7, 1.0, 1.5):
+        doubts = suspicions(lab(columns, "bending"), simulated / modulus)
+        print(doubts)
+        assert any("swapped" in doubt.meaning and told in doubt.meaning for doubt in doubts)
+        assert curved or len(doubts) > 1
+        right = {"pressure_kPa": PRESSURE, "angle_deg": turned_deg}
+        assert not suspicions(lab(right, "bending"), turned_deg / modulus)
+
+
 @pytest.mark.parametrize("wrong", [0.5, 0.8, 1.0, 1.5, 2.0])
 def test_a_poor_simulation_is_no_slip(wrong: float) -> None:
     assert (
