@@ -67,9 +67,6 @@ def list_steps(collection: Path) -> list[Path]:
     The entries are taken in their order and not by their times, so that two steps at the
     same time stay two steps.
 
-    Args:
-        collection: the ``.pvd`` file.
-
     Raises:
         ValueError: One line where the file is missing, is no collection, or is empty.
     """
