@@ -559,10 +559,10 @@ class ImportSettings:
 class TrackSettings(ConfiguredSettings):
     """Read angles and places from a video or pictures, with errors, for ``diagnose``.
 
-    Dots of one colour or tags along the finger are followed; a printed sheet behind it tells scale,
-    lens and tilt of the camera. Without files, ``--sheet`` writes that sheet. Points that Kinovea,
-    Tracker, DeepLabCut, Motive or a C3D file has become the same tables. The last line is the
-    command that takes them.
+    Dots of one colour, tags or the finger's outline are followed; a printed sheet behind it tells
+    scale, lens and tilt of the camera. Without files, ``--sheet`` writes that sheet. Points that
+    Kinovea, Tracker, DeepLabCut, Motive or a C3D file has become the same tables. The last line is
+    the command that takes them.
 
     Example: dolfingrip track bend.mp4 --log pressure.csv --colour red
     """
@@ -581,7 +581,8 @@ class TrackSettings(ConfiguredSettings):
     )
     in_front: float | None = option(
         None,
-        "How far the points are before the sheet or scale; default: the finger's width.",
+        "How far the points are before the sheet or scale; default: the finger's width, of which "
+        "a silhouette's middle has half.",
         measured_in="mm",
     )
     colour: str | None = option(None, "Colour of the dots: red, green, …, #rrggbb; default: found.")

@@ -95,7 +95,7 @@ def offsets(
 
 
 def _cut(away: Floats, edge: Floats) -> Floats:
-    """What the first sample within :data:`NEAR_PX` of an edge has of the way before it."""
+    """Distance from where an edge may begin to the first sample that counts, for each edge."""
     first = away[np.argmax(np.abs(away - edge[:, None]) < NEAR_PX, axis=1)]
     return np.asarray(first - STEP_PX / 2 - (edge - NEAR_PX))
 

@@ -100,7 +100,7 @@ class Family:
         line = self.line(turn, self.between(self.stretch, shape) * (1 + longer))
         z = self.points_mm[points, 2]
         along, out, y = np.moveaxis(self.between(self.beside_mm[:, points], shape), -1, 0)
-        x0, z0, turned = (np.interp(z, self.stations_mm, each) for each in (*line.T, turn))
+        x0, z0, turned = (np.interp(z, self.stations_mm, values) for values in (*line.T, turn))
         cosine, sine = np.cos(turned), np.sin(turned)
         return np.stack([x0 - along * sine - out * cosine, y, z0 + along * cosine - out * sine], -1)
 
@@ -140,19 +140,19 @@ def of_skins(skins_mm: Floats, triangles: Floats) -> Family:
     """Make the shapes from skins.
 
     Args:
-        skins_mm: (shapes, points, 3), the first one at rest.
+        skins_mm: (shapes, points, 3), the first one at resting.
         triangles: (triangles, 3).
     """
-    rest = skins_mm[0]
-    low, high = rest.min(axis=0), rest.max(axis=0)
+    resting = skins_mm[0]
+    low, high = resting.min(axis=0), resting.max(axis=0)
     tiny = 1e-4 * (high[2] - low[2])
-    on_back, on_tip = rest[:, 0] < low[0] + tiny, rest[:, 2] > high[2] - tiny
-    middle = np.flatnonzero(on_back & (np.abs(rest[:, 1] - (low[1] + high[1]) / 2) < tiny))
+    on_back, on_tip = resting[:, 0] < low[0] + tiny, resting[:, 2] > high[2] - tiny
+    middle = np.flatnonzero(on_back & (np.abs(resting[:, 1] - (low[1] + high[1]) / 2) < tiny))
     if len(middle) < 4:
         raise ConfigError("--silhouette: the back has no middle line; allowed: a flat back")
-    middle = middle[np.argsort(rest[middle, 2])]
+    middle = middle[np.argsort(resting[middle, 2])]
     stations = np.linspace(low[2], high[2], round((high[2] - low[2]) / STATION_MM) + 1)
-    line = PchipInterpolator(rest[middle, 2], skins_mm[:, middle][..., [0, 2]], axis=1)(stations)
+    line = PchipInterpolator(resting[middle, 2], skins_mm[:, middle][..., [0, 2]], axis=1)(stations)
     slopes = np.gradient(line, stations, axis=1)
     turn = np.unwrap(np.arctan2(-slopes[..., 0], slopes[..., 1]), axis=1)
     y = 0.998 * ACROSS * (high[1] - low[1]) / 2 + (high[1] + low[1]) / 2
@@ -163,12 +163,14 @@ def of_skins(skins_mm: Floats, triangles: Floats) -> Family:
     ):
         at = np.stack(np.meshgrid(y, places), axis=-1).reshape(-1, 2)
         moved = np.moveaxis(skins_mm[:, there], 0, 1)
-        grids.append(np.moveaxis(LinearNDInterpolator(rest[there][:, [1, axis]], moved)(at), 1, 0))
+        grids.append(
+            np.moveaxis(LinearNDInterpolator(resting[there][:, [1, axis]], moved)(at), 1, 0)
+        )
     points = np.concatenate([skins_mm, *grids], axis=1)
     beside = np.empty_like(points)
     for k in range(len(points)):
         columns = (*line[k].T, turn[k])
-        x0, z0, turned = (np.interp(points[0, :, 2], stations, each) for each in columns)
+        x0, z0, turned = (np.interp(points[0, :, 2], stations, values) for values in columns)
         x, z = points[k, :, 0] - x0, points[k, :, 2] - z0
         beside[k, :, 0] = z * np.cos(turned) - x * np.sin(turned)
         beside[k, :, 1] = -x * np.cos(turned) - z * np.sin(turned)

@@ -360,7 +360,7 @@ class Silhouette:
             line = family.line(turn, stretch * (1 + unknowns[FREE - 1])) + unknowns[:2]
             line -= out_mm * np.column_stack([np.cos(turn), np.sin(turn)])
             at = self._at_mm - along * np.interp(self._at_mm, family.stations_mm, shift)
-            x, z = (np.interp(at, family.stations_mm, each) for each in line.T)
+            x, z = (np.interp(at, family.stations_mm, values) for values in line.T)
             return self._pixels(np.stack([x, np.full_like(x, self._middle_mm), z], axis=-1))
 
         px = places(fit.unknowns)
