@@ -140,8 +140,8 @@ class FingerSimulation:
         bisection tells it.
         """
         bisected = self.graded and not self.flat
-        told = self.fine.slopes.get(MESH, 0.0 * self.delta) if bisected else 0.0
-        return np.nan_to_num(self.measurement.policy.mesh_share * self.delta + told)
+        finer = self.fine.slopes.get(MESH, 0.0 * self.delta) if bisected else 0.0
+        return np.nan_to_num(self.measurement.policy.mesh_share * self.delta + finer)
 
     @property
     def rig(self) -> Sequence[Nuisance]:

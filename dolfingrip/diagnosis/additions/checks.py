@@ -113,14 +113,14 @@ def _of(cls: type[Effect], key: str, config: Config, std: float) -> NumberReadin
     fitted = cls.fitted(config) if cls.told.key else None
     number = fitted.key if fitted else f"extensions.{cls.name()}.{key}"
     start = fitted.value if fitted else float(cls.neutral.get(key, 0.0))
-    told, configured = number, start
+    read_by, configured = number, start
     if issubclass(cls, DimensionOffset):
         dimension = cls.dimension_key(config)
         if dimension is None:
             return None
-        told, (parameter,) = dimension, find(config, (dimension,))
+        read_by, (parameter,) = dimension, find(config, (dimension,))
         configured = parameter.value(config)
-    return NumberReading(told, {number: 1.0}, {number: start}, configured, std)
+    return NumberReading(read_by, {number: 1.0}, {number: start}, configured, std)
 
 
 def _weighed(config: Config, shapes: Mapping[str, NumberReading]) -> NumberCheck:
@@ -152,15 +152,15 @@ def numbers_read(measurement: Measurement, config: Config) -> tuple[NumberReadin
     Raises:
         ConfigError: one line with the key, its value and what is allowed.
     """
-    told: dict[str, tuple[float, float]] = {}
+    pairs: dict[str, tuple[float, float]] = {}
     for test in measurement.tests:
         for key, pair in test.setup.numbers.items():
-            if told.setdefault(key, pair) != pair:
+            if pairs.setdefault(key, pair) != pair:
                 raise ConfigError(
                     f"[nuisance] {key} = {pair[0]:g} ± {pair[1]:g} in {test.file}: allowed: "
-                    f"{told[key][0]:g} ± {told[key][1]:g}, as in another file"
+                    f"{pairs[key][0]:g} ± {pairs[key][1]:g}, as in another file"
                 )
-    if not told:
+    if not pairs:
         return ()
     body = measurement.tests[0].applied(config)
     every = [*checks(body), coupon_check(measurement.policy)]
@@ -172,7 +172,7 @@ def numbers_read(measurement: Measurement, config: Config) -> tuple[NumberReadin
         )
         for cls in camera_errors() for key, report in cls.told_by.items()
     }  # fmt: skip
-    for key, (value, _) in told.items():
+    for key, (value, _) in pairs.items():
         if key not in possible:
             raise ConfigError(
                 f"[nuisance] {key} = {value:g}: no effect tells how it is read; allowed: "
@@ -180,5 +180,5 @@ def numbers_read(measurement: Measurement, config: Config) -> tuple[NumberReadin
             )
     return tuple(
         replace(possible[key], value=value, std=float(np.hypot(std, believed.get(key, 0.0))))
-        for key, (value, std) in told.items()
+        for key, (value, std) in pairs.items()
     )

@@ -61,8 +61,8 @@ def settled_by(
     compared = fits
     if not (analysis.closed_form or diagnosis.decision.answer == "cause"):
         # simulations are made of what no check tells from the likeliest
-        told = {name for check in helpful for name in check.tells}
-        left = [fit for fit in fits[1:] if told.isdisjoint(problem.causes(fit.subset))]
+        told_apart = {name for check in helpful for name in check.tells}
+        left = [fit for fit in fits[1:] if told_apart.isdisjoint(problem.causes(fit.subset))]
         compared = [fits[0], *left[: problem.policy.leading - 1]]
     simulating &= len(compared) > 1
     tests = proposals(analysis.measurement, diagnosis.config) if simulating else []

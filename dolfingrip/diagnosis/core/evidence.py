@@ -907,8 +907,8 @@ class Visibility:
     def strength(self, name: str, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
         with_it, _ = self.problem.every_reading((name,), np.r_[self.at, zeta])
-        without, own = self.problem.every_reading(NONE, self.at)
-        white, free = map(self.columns.whitened, (with_it - without, own))
+        without, slopes = self.problem.every_reading(NONE, self.at)
+        white, free = map(self.columns.whitened, (with_it - without, slopes))
         return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
 
 

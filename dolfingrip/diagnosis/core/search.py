@@ -240,10 +240,10 @@ def one_at_a_time(
         first = {
             (subset, level): [before.get((subset, level), start)] for level, start in starts.items()
         }
-        for key, told in _fits(every, first, 0.1 * policy.exactly).items():
-            fits.extend(told)
-            before[key] = told[0].zeta
-            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in told))
+        for key, modes in _fits(every, first, 0.1 * policy.exactly).items():
+            fits.extend(modes)
+            before[key] = modes[0].zeta
+            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in modes))
 
     fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
     singles: list[Subset] = [(name,) for name in problem.numbers]
@@ -251,9 +251,9 @@ def one_at_a_time(
     largest = {level: hypotheses.largest(level)[1:] + prior[level] for level in every}
     for place in np.argsort(-np.max([*largest.values()], axis=0), kind="stable"):
         subset = singles[place]
-        own = {level: float(bounds[place]) for level, bounds in largest.items()}
+        alone = {level: float(bounds[place]) for level, bounds in largest.items()}
         # the share that stays is counted without a discrepancy
-        most = {level: bound if level else max(own.values()) for level, bound in own.items()}
+        most = {level: bound if level else max(alone.values()) for level, bound in alone.items()}
         likely = [level for level, bound in most.items() if bound > best - far]
         if likely:
             weak = _starts(problem, subset[0])[0]
@@ -312,18 +312,18 @@ def pursued(
     return best
 
 
-def searched_again(problem: InferenceProblem, whole: ModelPosterior) -> ModelPosterior:
+def searched_again(problem: InferenceProblem, of_all: ModelPosterior) -> ModelPosterior:
     """The posterior over causes that were likely before, and parts of likely pairs, by Laplace.
 
     Args:
         problem: the same, with some of the readings.
-        whole: of all readings; fits begin at its numbers.
+        of_all: of all readings; fits begin at its numbers.
     """
     models = problem.levels
-    likely = [{*subset} for subset, p in whole.subsets.items() if not subset or p > KEPT]
+    likely = [{*subset} for subset, p in of_all.subsets.items() if not subset or p > KEPT]
     starts = {
         (fit.subset, fit.level): [fit.zeta]
-        for fit in whole.fits if any({*fit.subset} <= causes for causes in likely)
+        for fit in of_all.fits if any({*fit.subset} <= causes for causes in likely)
     }  # fmt: skip
     hypotheses = Hypotheses.under(models.values(), [subset for subset, _ in starts])
     return _weighed(hypotheses.fits(starts), models, None)
