@@ -113,9 +113,10 @@ def _offer(file: Path, command: str, screen: Screen, out: Path) -> Path:
         raise ConfigError(f"{command} {error}; {line} takes such tables") from None
     if _asks() and typer.confirm(f"{file} is not in the format of measured data. Import it?"):
         return bring(file, folder, Told(), screen)
-    taken = (
-        [] if imported is None else [f"{h} is {n}" for h, n, _ in imported.mapping() if n != "?"]
-    )
+    mapping = [] if imported is None else [(h, n) for h, n, _ in imported.mapping() if n != "?"]
+    taken = [f"{header} is {name}" for header, name in mapping if header != name]
+    if mapping and not taken:
+        taken = ["its columns are named so, but are no UTF-8 with commas"]
     more = f", which asks: {'; '.join(map(str, questions))}" if questions else ""
     raise ConfigError(
         f"{command} {file}: not in the format of measured data ({', '.join(taken)}); "

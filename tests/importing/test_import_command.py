@@ -58,6 +58,16 @@ def test_commands_that_read_measurements_offer_it(command: list[str], tmp_path: 
     assert '--column "Angle=angle_rad"' in said
 
 
+def test_a_table_in_the_format_in_another_encoding_is_told_so(tmp_path: Path) -> None:
+    """Its names are right, so the line says what is not."""
+    file = tmp_path / "a.csv"
+    rows = ["stretch\tstress_MPa", *(f"{1 + i / 10}\t{i / 20}" for i in range(5))]
+    file.write_text("\n".join(rows), encoding="utf-16")
+    found = CliRunner().invoke(app, ["coupon", "--fit", str(file), "-o", str(tmp_path / "out")])
+    assert isinstance(found.exception, ConfigError)
+    assert "(its columns are named so, but are no UTF-8 with commas)" in str(found.exception)
+
+
 @pytest.mark.parametrize(
     ("header", "sign"), [("pressure_kPa", "-"), ("Vacuum [kPa]", "-"), ("Vacuum [kPa]", "")]
 )
