@@ -190,9 +190,8 @@ def draw_video(
     time_s = np.asarray(table[TIME.name], dtype=float)
     rows = np.arange(len(time_s), dtype=float)
     over = time_s if (np.diff(time_s) > 0).all() else rows
-    if moves := TIME in channels and over is time_s:
-        seconds = seconds or float(np.ptp(time_s))
-    at = np.linspace(over[0], over[-1], video.POLICY.frames(seconds))
+    own_s = float(np.ptp(time_s)) if TIME in channels and over is time_s else None
+    at = np.linspace(over[0], over[-1], video.POLICY.frames(seconds or own_s))
 
     def between(values: Sequence[Any]) -> list[Any]:
         if len(rows) == 1:
@@ -204,7 +203,7 @@ def draw_video(
         ", ".join(channel.said(value) for channel, value in zip(channels, values, strict=True))
         for values in said
     ]
-    if moves and (slower := round((seconds or 1) / np.ptp(time_s), 1)) != 1:
+    if seconds and own_s and (slower := round(seconds / own_s, 1)) != 1:
         labels = [f"{label} ({slower:g} times slower)" for label in labels]
     height_px = video.POLICY.height_px
     return _drawn(

@@ -113,8 +113,6 @@ class Silhouette:
         self, family: Family, camera: Calibration, image: Image, clamp_px: Floats | None,
         side: str | None, count: int,
     ) -> None:  # fmt: skip
-        import cv2
-
         self._family, self._camera = family, camera
         self._px_per_mm = 1 / camera.scale((np.array(camera.size_px) - 1) / 2)[0]
         self.outlines: list[Floats] = []
@@ -134,8 +132,7 @@ class Silhouette:
         self._smooth[FREE:, FREE:] = bends.T @ bends
         self._origin, self._axes = self._placed(image, clamp_px, side)
         # what the finger hides in all frames so far is guessed from around it
-        self._hidden = self._covered(self._outline(self._mean, 0.0), DEEP_MM)
-        self._behind = cv2.inpaint(image, self._hidden, 3, cv2.INPAINT_TELEA)
+        self._hide(image, self._mean, DEEP_MM)
         start = _Fit(0.0, self._mean, np.empty(0), np.empty(0), np.full((1, 3), np.nan))
         tilt = np.radians(camera.axis_std_deg)
         std = np.r_[POLICY.place_mm, tilt, tilt, POLICY.made, np.full(splines, 0.3)]
@@ -143,8 +140,7 @@ class Silhouette:
         self._last = self._fitted(image, start, FIRST_MM)
         if self._share(self._last) < POLICY.seen:
             raise _nothing(self._share(self._last))
-        self._hidden = self._covered(self._outline(self._last.unknowns, 0.0), MARGIN_MM)
-        self._behind = cv2.inpaint(image, self._hidden, 3, cv2.INPAINT_TELEA)
+        self._hide(image, self._last.unknowns, MARGIN_MM)
         self._mean[:STANDING] = self._last.unknowns[:STANDING]
         self._prior = np.diag(np.r_[np.zeros(FREE - 1), POLICY.stretch**-2, np.ones(splines)])
         self._prior += self._smooth
@@ -337,6 +333,13 @@ class Silhouette:
         outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         longest = max(outlines, key=len)[:: POLICY.outline_px, 0]
         return np.asarray(longest + corner)
+
+    def _hide(self, image: Image, unknowns: Floats, margin_mm: float) -> None:
+        """Guess what is behind a finger at rest, and behind a margin around it."""
+        import cv2
+
+        self._hidden = self._covered(self._outline(unknowns, 0.0), margin_mm)
+        self._behind = cv2.inpaint(image, self._hidden, 3, cv2.INPAINT_TELEA)
 
     def _covered(self, outline_px: Floats, margin_mm: float) -> Floats:
         """Where the finger may be in a frame, with a margin: (height, width) of 0 and 1."""

@@ -66,15 +66,16 @@ def lying(simulation: Simulator) -> Along:
     listed, rows = measurement.listed, measurement.readings.reset_index(drop=True)
     load, path = np.zeros((2, len(rows)))
     of = rows.groupby("test").indices
+    applied = measurement.applied(simulation.config)
     for test in measurement.tests:
-        coupon = test.applied(simulation.config).coupon
+        coupon = applied[test.number].coupon
         by = coupon.gauge_length_mm if test.experiment == "coupon" else 1.0
         load[of[test.number]] = rows[test.control].to_numpy()[of[test.number]] / by
     load /= largest(load, rows["experiment"].to_numpy())
     time_s = rows["time_s"].to_numpy()
     for number, mine in of.items():
         path[mine] = path_of(load[mine], time_s[mine], measurement.policy)
-        if moves(measurement.tests[number].applied(simulation.config)):
+        if moves(applied[number]):
             path[mine] += (time_s[mine] - time_s[mine][0]) / max(np.ptp(time_s[mine]), 1e-12)
     group = {test: place for place, part in enumerate(simulation.groups) for test in part.tests}
     block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
