@@ -12,8 +12,7 @@ from support.command import run_command
 
 from dolfingrip.experiments import simulate
 from dolfingrip.experiments.request import Answer, Request
-from dolfingrip.jobs.job import Answer as Finished
-from dolfingrip.jobs.job import Job
+from dolfingrip.jobs.job import Job, JobResult
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store
@@ -86,7 +85,7 @@ def test_an_interrupted_search_says_how_to_go_on(
 ) -> None:
     """And the grasp that was interrupted is made anew, not kept as a failure."""
 
-    def interrupted(self: Pool, jobs: Sequence[Job], spool: Spool) -> Iterator[Finished]:
+    def interrupted(self: Pool, jobs: Sequence[Job], spool: Spool) -> Iterator[JobResult]:
         yield from ()
         raise KeyboardInterrupt
 

@@ -15,7 +15,7 @@ from dolfingrip import config as configuration
 from dolfingrip.design.campaign import objective
 from dolfingrip.design.quantities import grasp
 from dolfingrip.design.quantities.quantity import Outcome
-from dolfingrip.jobs.job import Answer, JobFailure
+from dolfingrip.jobs.job import JobFailure, JobResult
 from dolfingrip.jobs.store import Store
 from dolfingrip.jobs.work import compute
 from dolfingrip.sections.tables import assignments
@@ -39,7 +39,7 @@ def answered(points: list[Any], out: Path, shared: configuration.Config) -> None
         for job in plan.jobs():
             made_up = {**job.arguments, "objective": f"{__name__}:invented"}
             answer = compute(replace(job, arguments=made_up))
-            assert isinstance(Answer.loads(answer.dumps()), Answer)
+            assert isinstance(JobResult.loads(answer.dumps()), JobResult)
             store.record(answer)
 
 

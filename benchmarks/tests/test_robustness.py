@@ -11,7 +11,7 @@ from benchmarks import robustness
 from dolfingrip import config
 from dolfingrip.config import Config
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import JobResult
 from dolfingrip.jobs.store import Store
 
 SEED = 4
@@ -75,7 +75,7 @@ def test_table_and_failures(points: list[Inputs], shared: Config, tmp_path: Path
         with Store(tmp_path / run, write=True) as store:
             store.add(plan.jobs(), plan.shared)
             for design, end in zip(plan.designs(), ends[run], strict=True):
-                answer = Answer(design.key, "failed" if end else "done", wall_s=1.0)
+                answer = JobResult(design.key, "failed" if end else "done", wall_s=1.0)
                 if end:
                     answer.failure_class = end
                     answer.failure = f"stopped at 120 kPa ({end}): as it is"

@@ -21,7 +21,7 @@ from dolfingrip.design.quantities.quantity import AskedDesign
 from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 from dolfingrip.jobs import run
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import JobResult
 from dolfingrip.report.design import label
 from dolfingrip.report.page.numbers import said
 
@@ -109,12 +109,12 @@ def _check(folder: Path) -> None:
         raise typer.Exit(1)
 
 
-def _so_far(plan: Plan) -> Callable[[Answer], str]:
+def _so_far(plan: Plan) -> Callable[[JobResult], str]:
     """Says what a design and its outputs are."""
 
     inputs = {design.key: design.inputs for design in plan.designs()}
 
-    def told(answer: Answer) -> str:
+    def told(answer: JobResult) -> str:
         def words(values: Mapping[str, Any]) -> str:
             return ", ".join(
                 f"{label(name)} {said(v) if isinstance(v, float | int) else v}"

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Column
 
 if TYPE_CHECKING:
-    from dolfingrip.jobs.job import Answer
+    from dolfingrip.jobs.job import JobResult
     from dolfingrip.jobs.run import Standing
 
 EVERY_S = 30.0
@@ -169,7 +169,7 @@ def jobs(
     what: str,
     few: int = 0,
     clock: Callable[[], float] = time.monotonic,
-    describe: Callable[[Answer], str] = lambda answer: "",
+    describe: Callable[[JobResult], str] = lambda answer: "",
 ) -> Iterator[Callable[[Standing], None]]:
     """Yield the function to call with each new standing of jobs.
 

@@ -28,8 +28,7 @@ from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.request import MESH, Answer, Request
 from dolfingrip.files import whole
 from dolfingrip.jobs import work
-from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Data, Job, JobFailure
-from dolfingrip.jobs.job import Answer as Finished
+from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Data, Job, JobFailure, JobResult
 from dolfingrip.jobs.run import Progress, run, silent
 from dolfingrip.jobs.single import tell
 from dolfingrip.jobs.store import Shared, Store, same
@@ -144,7 +143,7 @@ def enter(answers: Sequence[tuple[Request, Answer]], folder: Path, worker: str) 
         for request, answer in answers:
             plain, failed = answer.plain(), answer.failure_class is not None
             store.record(
-                Finished(
+                JobResult(
                     request.key, "failed" if failed else "done",
                     None if failed else plain, plain if failed else None,
                     answer.failure_class, answer.failure, wall_s=answer.wall_s, worker=worker,
@@ -314,7 +313,7 @@ def _on_ranks(request: Request) -> Answer:
         )  # fmt: skip
         if not answer.exists():
             raise MachineError(_of_mpirun(ended.returncode, ended.stdout))
-        finished = Finished.loads(answer.read_text(encoding="utf-8"))
+        finished = JobResult.loads(answer.read_text(encoding="utf-8"))
     if finished.status == "broken":
         raise MachineError(finished.failure)
     if finished.failure_class == REFUSED:
@@ -353,7 +352,7 @@ def main(request: Path, answer: Path) -> None:
     try:
         ended = work.compute(Job("", FUNCTION, {"request": plain, "on_all_ranks": True}))
     except whole.WriteError as error:  # on all ranks
-        ended = Finished("", "broken", failure_class=MACHINE, failure=str(error))
+        ended = JobResult("", "broken", failure_class=MACHINE, failure=str(error))
     else:
         if ended.status == "broken" or ended.failure_class == ERROR:  # perhaps on this rank alone
             sys.stderr.write(f"{ended.failure}\n")

@@ -29,7 +29,7 @@ from dolfingrip.report.page import html, run_scene, runs
 from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.run_scene import scene_of
-from dolfingrip.report.page.scene import GRIPPER_VIEW, UPRIGHT, Floats, Part, Scene, towards
+from dolfingrip.report.page.scene import GRIPPER_VIEW, UPRIGHT, Floats, Scene, ScenePart, towards
 
 READINGS: Final = {"bending": ANGLE, "blocked_force": FORCE}
 """The reading that is shown of each experiment."""
@@ -235,7 +235,7 @@ def _placed(config: Config, finger: Scene) -> Scene:
         ConfigError: one line, if there is no room for the fingers.
     """
     body = grasped(config.food)
-    parts: list[Part] = []
+    parts: list[ScenePart] = []
     for stand, name in zip(stands_of(config, body), run_scene.NAMES, strict=True):
         for part in finger.parts:
             if part.name != "clamp" and not part.section:
@@ -251,7 +251,7 @@ def _placed(config: Config, finger: Scene) -> Scene:
     )  # fmt: skip
 
 
-def _copies(part: Part, stand: Stand, name: str) -> list[Part]:
+def _copies(part: ScenePart, stand: Stand, name: str) -> list[ScenePart]:
     """A part of the finger where the finger stands, with its mirror image as a part of its own."""
     copies = []
     for side in (1.0, -1.0) if part.mirrored else (1.0,):

@@ -24,7 +24,7 @@ from dolfingrip.explore.wanted import Wanted
 from dolfingrip.meshes import dimensions
 from dolfingrip.report.page import runs
 from dolfingrip.report.page.run_scene import scene_of
-from dolfingrip.report.page.scene import UPRIGHT, Part, Scene
+from dolfingrip.report.page.scene import UPRIGHT, Scene, ScenePart
 
 Floats = npt.NDArray[np.float64]
 
@@ -181,7 +181,7 @@ class Blend:
         frames = solved.scene.parts[number].frames
         return solved.values_at(frames[1:] - frames[0], self.loads)
 
-    def _part(self, number: int) -> Part:
+    def _part(self, number: int) -> ScenePart:
         parts = [solved.scene.parts[number] for solved in self.of]
         first = parts[0]
         if len(first.frames) == 1:  # a clamp, a plate

@@ -21,7 +21,7 @@ from dolfingrip.explore.space import Space
 from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.files import whole
 from dolfingrip.files.run import RunFile
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import JobResult
 from dolfingrip.jobs.single import Single
 from dolfingrip.report import printable
 from dolfingrip.sections.errors import shown
@@ -218,12 +218,12 @@ class Session:
         }  # fmt: skip
         self._everyone(self.state())
 
-    def _answered(self, answer: Answer) -> None:
+    def _answered(self, answer: JobResult) -> None:
         """Take an answer from the worker's thread."""
         assert self._loop is not None
         asyncio.run_coroutine_threadsafe(self._take(answer), self._loop)
 
-    async def _take(self, answer: Answer) -> None:
+    async def _take(self, answer: JobResult) -> None:
         wanted, meshed = self._asked.pop(answer.key)
         self._progress = None
         if _shows(answer):
@@ -242,7 +242,7 @@ class Session:
             tell(message)
 
 
-def _shows(answer: Answer) -> bool:
+def _shows(answer: JobResult) -> bool:
     """True where a job has solved more than the state at rest, though it may have failed beyond."""
     columns = (answer.result or answer.partial or {}).get("columns", {})
     return max(map(len, columns.values()), default=0) > 1

@@ -64,7 +64,7 @@ class Job:
 
 
 @dataclass(slots=True)
-class Answer:
+class JobResult:
     """A job's result or failure, and its cost.
 
     Attributes:
@@ -96,7 +96,7 @@ class Answer:
         return json.dumps(content | {"digest": content_key(content)}, allow_nan=False)
 
     @staticmethod
-    def loads(text: str) -> Answer:
+    def loads(text: str) -> JobResult:
         """The answer in a JSON text.
 
         Raises:
@@ -106,7 +106,7 @@ class Answer:
             content = json.loads(text)
             if content.pop("digest") != content_key(content):
                 raise ValueError("its digest is that of another content")
-            return Answer(**content)
+            return JobResult(**content)
         except (TypeError, AttributeError, KeyError, RecursionError) as error:
             raise ValueError(str(error)) from None
 

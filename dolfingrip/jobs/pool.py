@@ -12,7 +12,7 @@ from typing import Any
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.cluster import Where, connected
 from dolfingrip.jobs.interrupts import interrupts_answered_by
-from dolfingrip.jobs.job import MACHINE, Answer, Job
+from dolfingrip.jobs.job import MACHINE, Job, JobResult
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
 
@@ -62,7 +62,7 @@ class Pool:
         except Exception as closing:  # all answers are kept by now
             _LOG.warning("workers did not close: %s: %s", type(closing).__name__, closing)
 
-    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[Answer]:
+    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[JobResult]:
         """Compute jobs.
 
         Args:
@@ -109,7 +109,7 @@ class Pool:
                 yield answer
 
 
-def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
+def _answer(future: Any, key: str, spool: Spool) -> JobResult | None:
     """The answer behind a future that has ended; None where it is computed again.
 
     Raises:
@@ -128,7 +128,7 @@ def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
     try:
         error = future.exception() if future.status == "error" else None
         if error is None:
-            answer: Answer = future.result()
+            answer: JobResult = future.result()
             return answer
     except FutureCancelledError:
         raise SchedulerGone(
@@ -139,4 +139,4 @@ def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
     said = f"{type(error).__name__}: {error}"
     if isinstance(error, KilledWorker):
         said = "every worker that computed it died, for want of memory or by a crash"
-    return Answer(key, "broken", failure_class=MACHINE, failure=said)
+    return JobResult(key, "broken", failure_class=MACHINE, failure=said)

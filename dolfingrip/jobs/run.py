@@ -11,7 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Job, JobResult
 from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import NAME, Shared, Store
@@ -39,9 +39,9 @@ class Standing:
     classes: dict[str, int] = field(default_factory=dict)
     broken: int = 0
     again: int = 0
-    latest: Answer | None = None
+    latest: JobResult | None = None
 
-    def count(self, answer: Answer) -> None:
+    def count(self, answer: JobResult) -> None:
         """Take an answer into account."""
         self.latest = answer
         self.again += len(answer.broken)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.files.whole import WriteError
-from dolfingrip.jobs.job import MACHINE, Answer, Job
+from dolfingrip.jobs.job import MACHINE, Job, JobResult
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import found, work
 
@@ -79,7 +79,7 @@ class Single:
     """
 
     def __init__(
-        self, spool: Path, hear: Hear, done: Callable[[Answer], None], first: str = ""
+        self, spool: Path, hear: Hear, done: Callable[[JobResult], None], first: str = ""
     ) -> None:
         self._spool, self._first = Spool(spool), first
         self._hear, self._done = hear, done
@@ -94,7 +94,7 @@ class Single:
         """The job that is computed; None if there is none."""
         return self._job
 
-    def known(self, key: str) -> Answer | None:
+    def known(self, key: str) -> JobResult | None:
         """The answer of a job that was computed before."""
         return self._spool.read(key)
 
@@ -195,14 +195,14 @@ class Single:
                 self._hear(key, *details)
 
     def _lost(self, process: BaseProcess) -> None:
-        """Answer for a worker that died of itself."""
+        """Record the end of a worker that died of itself."""
         with self._lock:
             job = self._job if self._process is process else None
             if job is None:
                 return
             self._process = self._job = None
         self._done(
-            Answer(
+            JobResult(
                 job.key, "broken", failure_class=MACHINE,
                 failure="the process that computed it died, for want of memory or by a crash",
             )
@@ -229,7 +229,7 @@ def _serve(connection: Connection, spool: Path, first: str) -> None:
             except Superseded:
                 continue
             except WriteError as error:
-                answer = Answer(job.key, "broken", failure_class=MACHINE, failure=str(error))
+                answer = JobResult(job.key, "broken", failure_class=MACHINE, failure=str(error))
             connection.send(("answer", job.key, answer))
         except (EOFError, OSError):
             return

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dolfingrip.files import whole
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import JobResult
 
 _LOG = logging.getLogger(__name__)
 
@@ -25,11 +25,11 @@ class Spool:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def read(self, key: str) -> Answer | None:
+    def read(self, key: str) -> JobResult | None:
         """The answer of a job, None where there is none; a damaged one is set aside."""
         file = self.folder / f"{key}.json"
         try:
-            answer = Answer.loads(file.read_text(encoding="utf-8"))
+            answer = JobResult.loads(file.read_text(encoding="utf-8"))
             if answer.key == key:
                 return answer
             why = "the answer of another job"
@@ -43,11 +43,11 @@ class Spool:
             file.rename(aside)
         return None
 
-    def write(self, answer: Answer) -> None:
+    def write(self, answer: JobResult) -> None:
         """Keep an answer: all of it or, where the process is killed, nothing."""
         whole.write(self.folder / f"{answer.key}.json", answer.dumps())
 
-    def answers(self) -> Iterator[Answer]:
+    def answers(self) -> Iterator[JobResult]:
         """All that were spooled."""
         for path in sorted(self.folder.glob("[!.]*.json")):  # others are being written
             answer = self.read(path.stem)

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.files.whole import failed, replacing
-from dolfingrip.jobs.job import Answer, Data, Job, content_key
+from dolfingrip.jobs.job import Data, Job, JobResult, content_key
 from dolfingrip.sections.errors import ConfigError
 
 NAME = "campaign.sqlite"
@@ -344,7 +344,7 @@ class Store:
                 self._seal(key)
         self._settled = True
 
-    def record(self, answer: Answer) -> bool:
+    def record(self, answer: JobResult) -> bool:
         """Enter an answer; False where its job has one already or is not known."""
         plain = json.loads(answer.dumps())
         values = {name: plain[name] for name in _ANSWERED}

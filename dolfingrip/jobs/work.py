@@ -22,7 +22,7 @@ from typing import Any
 from dolfingrip import plugins
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.interrupts import interrupt_behind
-from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Answer, Job, JobFailure, WorkerPolicy
+from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Job, JobFailure, JobResult, WorkerPolicy
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.sections.errors import ConfigError, MachineError
 
@@ -33,7 +33,7 @@ _ALONE = threading.Lock()
 """MPI and PETSc are a process' own, and the threads of a worker share them."""
 
 
-def work(job: Job, folder: Path, policy: WorkerPolicy = WorkerPolicy()) -> Answer:
+def work(job: Job, folder: Path, policy: WorkerPolicy = WorkerPolicy()) -> JobResult:
     """Compute a job, unless its answer is in the spool, and spool the answer.
 
     A job that the machine does not let come to an end is tried again; its last answer is not
@@ -63,7 +63,7 @@ def work(job: Job, folder: Path, policy: WorkerPolicy = WorkerPolicy()) -> Answe
             except OSError as error:  # of a file, or of the spool's disk
                 if isinstance(error, WriteError) and len(broken) + 1 == policy.attempts:
                     raise
-                answer = Answer(job.key, "broken", failure_class=MACHINE, failure=_said(error))
+                answer = JobResult(job.key, "broken", failure_class=MACHINE, failure=_said(error))
             if answer.status != "broken" or len(broken) + 1 == policy.attempts:
                 answer.broken = broken
                 return answer
@@ -71,7 +71,7 @@ def work(job: Job, folder: Path, policy: WorkerPolicy = WorkerPolicy()) -> Answe
             time.sleep(len(broken) * policy.pause_s)
 
 
-def compute(job: Job) -> Answer:
+def compute(job: Job) -> JobResult:
     """Compute a job once; whatever happens becomes an answer with a class and a sentence.
 
     Args:
@@ -85,7 +85,7 @@ def compute(job: Job) -> Answer:
         WriteError: the job could not write a file; it has no answer.
     """
     started, clock = datetime.now(UTC), time.perf_counter()
-    answer = Answer(job.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
+    answer = JobResult(job.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
     answer.worker = f"{socket.gethostname()}:{os.getpid()}"
     try:
         _take(job.plugins)

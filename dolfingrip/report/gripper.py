@@ -70,7 +70,7 @@ IN_PLANE_MM: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Moment:
+class GraspFrame:
     """One row of a result.
 
     Attributes:
@@ -125,11 +125,11 @@ def draw(out: Path, config: Config, result: Columns, look: WantedPictures) -> li
 
 
 def filmed(
-    moments: Sequence[Moment],
+    moments: Sequence[GraspFrame],
     result: Columns,
     seconds: float | None = None,
     fields: Sequence[str] = (),
-) -> list[Moment]:
+) -> list[GraspFrame]:
     """Find what a film shows: the bodies at every picture, between the rows of a result.
 
     Args:
@@ -159,7 +159,7 @@ def filmed(
     tables, pressures = between([m.table_mm for m in moments]), between(result[PRESSURE.name])
     towards = rows[np.searchsorted(time_s, at - 1e-9).clip(max=len(rows) - 1)]
     return [
-        Moment(
+        GraspFrame(
             skin[i], food[i], float(tables[i]), skin[i] - skin[0],
             {name: values[i] for name, values in shown.items()}, float(now),
             label(float(now), round(float(pressures[i])), str(result["branch"][row])),
@@ -188,7 +188,7 @@ def label(time_s: float, pressure_kPa: float, branch: str) -> str:
     return f"{time_s:z.2f} s, {pressure_kPa:z.4g} kPa, {stage}"
 
 
-def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> None:
+def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[GraspFrame]) -> None:
     """Write fingers, food and table at each moment as one ParaView collection.
 
     The table stands still at z = 0. The fingers have their displacement and all
@@ -250,7 +250,7 @@ def stages(branches: Sequence[str]) -> list[int]:
 
 def moments_of(
     fields: Path, config: Config, result: Columns, body: GraspedBody, cut: View | None = None
-) -> tuple[Skin, list[Moment]]:
+) -> tuple[Skin, list[GraspFrame]]:
     """The fingers' skin, and the positions of all bodies at each row.
 
     Args:
@@ -298,7 +298,7 @@ def moments_of(
         )
         time_s, pressure = (float(result[name][row]) for name in (TIME.name, PRESSURE.name))
         said = label(time_s, pressure, str(result["branch"][row]))
-        moments.append(Moment(places, food, table, ways, values, time_s, said))
+        moments.append(GraspFrame(places, food, table, ways, values, time_s, said))
     return fingers if cut is None else fingers.part(shown), moments
 
 
@@ -332,7 +332,7 @@ def _completed(skin: Skin, *, cut: bool = False) -> Skin:
 def _pictures(
     skin: Skin,
     body: GraspedBody,
-    moments: Sequence[Moment],
+    moments: Sequence[GraspFrame],
     config: Config,
     colour_by: Colour,
     turn_deg: float = 0.0,
@@ -380,7 +380,7 @@ def _pictures(
     return Pictures(images, labels, HEIGHT_PX / height_mm, fixed, colour_by, range_, open_ended)
 
 
-def _values(skin: Skin, moments: Sequence[Moment], colour_by: Colour) -> list[Floats]:
+def _values(skin: Skin, moments: Sequence[GraspFrame], colour_by: Colour) -> list[Floats]:
     """Values that colour the fingers at each moment, at points or for triangles."""
     if colour_by == "none":
         return [skin.side for _ in moments]
@@ -395,7 +395,7 @@ def _values(skin: Skin, moments: Sequence[Moment], colour_by: Colour) -> list[Fl
     return values
 
 
-def _table(moments: Sequence[Moment]) -> Any:
+def _table(moments: Sequence[GraspFrame]) -> Any:
     """A slab below the food, a little wider than it."""
     food = moments[0].food
     low, high = food.min(axis=0) - AROUND_MM, food.max(axis=0) + AROUND_MM

@@ -29,7 +29,7 @@ from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.simulate import computed_in
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Job, JobResult
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
 
@@ -286,7 +286,7 @@ class Here:
         self.computed = 0
         self._killed_after = killed_after
 
-    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[Answer]:
+    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[JobResult]:
         for job in jobs:
             if self.computed == self._killed_after:
                 raise KeyboardInterrupt

@@ -18,7 +18,7 @@ from dolfingrip.design.optimum.study_file import PublishedDesign
 from dolfingrip.design.quantities.index import parse
 from dolfingrip.design.quantities.quantity import Outcome
 from dolfingrip.experiments.derivatives.gradients import COG, MASS, shape_number
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import JobResult
 from dolfingrip.jobs.work import compute
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import centroid
@@ -37,7 +37,7 @@ def asked(
     quantities: tuple[str, ...] = QUANTITIES,
     gradients: tuple[str, ...] | None = None,
     **inputs: float,
-) -> tuple[dict[str, Any], Answer]:
+) -> tuple[dict[str, Any], JobResult]:
     points = ({f"morph.{name}": value for name, value in inputs.items()},)
     base = short("experiment.step_kPa=25", *overrides)
     wanted = plan.Plan(base, tuple(points[0]), points, quantities, gradients=gradients)
@@ -45,7 +45,7 @@ def asked(
     return job.arguments["config"], compute(job)
 
 
-def outcome_of(answer: Answer) -> Outcome:
+def outcome_of(answer: JobResult) -> Outcome:
     """What the objective function returned."""
     assert answer.status == "done", answer.failure
     assert answer.result is not None

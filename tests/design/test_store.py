@@ -17,7 +17,7 @@ from support.campaign_store import failures
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Job, JobResult
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store, same
 from dolfingrip.jobs.work import compute, work
@@ -67,12 +67,12 @@ def test_a_result_is_never_changed_and_a_failure_only_where_reopened(tmp_path: P
     keys = filled(tmp_path)
     with Store(tmp_path, write=True) as store:
         for key in keys[:2]:
-            assert not store.record(Answer(key, "done", result(0.0)))
-        assert not store.record(Answer("unknown", "done"))
+            assert not store.record(JobResult(key, "done", result(0.0)))
+        assert not store.record(JobResult("unknown", "done"))
         assert store.reopen(keys, spared=["limit point"]) == []
         assert store.reopen(keys) == [keys[1]]
         assert store.counts() == {"done": 1, "failed": 0, "pending": 2}
-        assert store.record(Answer(keys[1], "done", result(1.0)))
+        assert store.record(JobResult(keys[1], "done", result(1.0)))
 
 
 def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> No
 def test_a_failed_design_has_no_numbers(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     with Store(tmp_path, write=True) as store:
-        store.record(Answer(keys[2], "failed", result(9.0), failure_class="error"))
+        store.record(JobResult(keys[2], "failed", result(9.0), failure_class="error"))
     with (
         closing(sqlite3.connect(tmp_path / "campaign.sqlite")) as base,
         pytest.raises(sqlite3.IntegrityError),  # the file itself holds to it
@@ -213,7 +213,7 @@ def test_export_as_csv_and_parquet(tmp_path: Path) -> None:
 
 
 def test_spooled_answer_is_not_computed_again(tmp_path: Path) -> None:
-    Spool(tmp_path).write(Answer("k", "done", {"force_N": 5.0}))
+    Spool(tmp_path).write(JobResult("k", "done", {"force_N": 5.0}))
     assert work(Job("k", "no:module", {}), tmp_path).result == {"force_N": 5.0}
     assert [answer.key for answer in Spool(tmp_path).answers()] == ["k"]
     Spool(tmp_path).clear()

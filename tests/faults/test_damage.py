@@ -18,7 +18,7 @@ from support.command import run_command
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import campaign
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import JobResult
 from dolfingrip.jobs.run import check
 from dolfingrip.jobs.store import NAME, Store
 
@@ -165,7 +165,7 @@ def test_an_interrupt_while_an_answer_is_entered(
         raise KeyboardInterrupt
 
     jobs = damage.PLAN.jobs()
-    answer = Answer(jobs[0].key, "done", {"outputs": {"cog_offset_mm": 1.0}})
+    answer = JobResult(jobs[0].key, "done", {"outputs": {"cog_offset_mm": 1.0}})
     with Store(tmp_path, write=True) as store:
         store.add(jobs, damage.PLAN.shared)
         with monkeypatch.context() as patch:

@@ -22,7 +22,7 @@ from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import job as requested
 from dolfingrip.jobs import pool as pools
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.job import MACHINE, Answer, Data, Job
+from dolfingrip.jobs.job import MACHINE, Data, Job, JobResult
 from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.run import Standing, run
 from dolfingrip.jobs.spool import Spool
@@ -81,7 +81,7 @@ def test_what_stays_broken_is_told_and_not_stored(tmp_path: Path, error: str) ->
 
 
 def test_a_spool_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(spool: Spool, answer: Answer) -> None:
+    def full(spool: Spool, answer: JobResult) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(Spool, "write", full)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from support import waiting
 
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Job, JobResult
 from dolfingrip.jobs.single import Single
 
 LIMIT_S = 60.0
@@ -23,7 +23,7 @@ class Heard:
     """What a worker said."""
 
     def __init__(self) -> None:
-        self.answers: SimpleQueue[Answer] = SimpleQueue()
+        self.answers: SimpleQueue[JobResult] = SimpleQueue()
         self.progress: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
 
     def tell(self, *progress: Any) -> None:

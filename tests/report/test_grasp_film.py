@@ -22,7 +22,7 @@ from dolfingrip.report.drawers import WantedPictures
 from dolfingrip.report.gripper import (
     FILM_S,
     VIEW,
-    Moment,
+    GraspFrame,
     draw,
     filmed,
     label,
@@ -86,8 +86,8 @@ def test_fields_have_fingers_food_and_table(tmp_path: Path) -> None:
     placed = body.surface.points + np.array(body.body.centre_mm)
     moved, stretch = np.full((4, 3), 0.5), np.full(4, 1.25)
     moments = [
-        Moment(points, placed, 0.0, moved, {"stretch": stretch}, 0.0, ""),
-        Moment(points, placed, -30.0, moved, {"stretch": stretch}, 3.5, ""),
+        GraspFrame(points, placed, 0.0, moved, {"stretch": stretch}, 0.0, ""),
+        GraspFrame(points, placed, -30.0, moved, {"stretch": stretch}, 3.5, ""),
     ]
     write_scene(tmp_path / "grasp.pvd", skin, body, moments)
     text = (tmp_path / "grasp.pvd").read_text(encoding="utf-8")
@@ -116,11 +116,13 @@ def test_a_film_has_the_field_that_it_shows() -> None:
         assert each.fields["stretch"] == pytest.approx(1 + each.time_s)
 
 
-def moments_at(times_s: list[float]) -> list[Moment]:
+def moments_at(times_s: list[float]) -> list[GraspFrame]:
     """Fingers and food that move by 3 mm/s along x, while the table goes down by 10 mm/s."""
     still = np.array([[0.0, 0, 20], [9, 0, 20], [0, 9, 20]])
     way = np.array([3.0, 0, 0])
-    return [Moment(still + t * way, still + t * way, -10 * t, still, {}, t, "") for t in times_s]
+    return [
+        GraspFrame(still + t * way, still + t * way, -10 * t, still, {}, t, "") for t in times_s
+    ]
 
 
 def test_a_film_is_smooth_between_the_rows() -> None:

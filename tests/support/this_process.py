@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Job, JobResult
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
@@ -17,7 +17,7 @@ class ThisProcess(Pool):
     def __init__(self) -> None:
         super().__init__(Where())
 
-    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[Answer]:
+    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[JobResult]:
         """Compute jobs, in their order."""
         for each in jobs:
             yield work(each, spool.folder)

@@ -365,7 +365,7 @@ def readers(folder: Path, *, quick: bool = False) -> dict[str, Reader]:
     from dolfingrip.design.campaign.plan import Plan
     from dolfingrip.experiments import run
     from dolfingrip.experiments.rigs.undeformed import solid
-    from dolfingrip.jobs.job import Answer
+    from dolfingrip.jobs.job import JobResult
     from dolfingrip.jobs.spool import Spool
     from dolfingrip.jobs.store import Store
     from dolfingrip.meshes import files
@@ -405,7 +405,7 @@ def readers(folder: Path, *, quick: bool = False) -> dict[str, Reader]:
     plan = Plan(finger, ("morph.xi1",), points)
     jobs, stored = plan.jobs(), folder / "campaign"
     answers = [
-        Answer(job.key, "done", {"outputs": {"cog_offset_mm": 1.0 + i, "force_N": 2.0}})
+        JobResult(job.key, "done", {"outputs": {"cog_offset_mm": 1.0 + i, "force_N": 2.0}})
         for i, job in enumerate(jobs)
     ]
     with Store(stored, write=True) as store:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.files.robot import RobotFile
-from dolfingrip.report.page.scene import FINGER_VIEW, UPRIGHT, Load, Part, Scene, towards
+from dolfingrip.report.page.scene import FINGER_VIEW, UPRIGHT, Load, Scene, ScenePart, towards
 from dolfingrip.report.skin import Floats, Ints, Skin
 
 RINGS: Final = 12
@@ -83,7 +83,7 @@ def _body(outline: Floats, motions: Floats) -> _Body:
     return places.reshape(len(places), -1, 3), triangles, creases
 
 
-def _part(name: str, bodies: list[_Body], x_mm: float, unloaded: int) -> Part:
+def _part(name: str, bodies: list[_Body], x_mm: float, unloaded: int) -> ScenePart:
     starts = np.cumsum([0, *(places.shape[1] for places, _, _ in bodies[:-1])])
     places = np.concatenate([body[0] for body in bodies], axis=1) + np.array([x_mm, 0.0, 0.0])
     triangles, creases = (
@@ -94,4 +94,4 @@ def _part(name: str, bodies: list[_Body], x_mm: float, unloaded: int) -> Part:
     at_rest = frames[[unloaded]]
     points, none = frames[unloaded], np.zeros((0, 2), dtype=np.int64)
     skin = Skin(points, np.arange(len(points)), np.ones(len(points)), triangles, none, creases)
-    return Part(name, skin, np.concatenate([at_rest, frames]))
+    return ScenePart(name, skin, np.concatenate([at_rest, frames]))

@@ -14,7 +14,15 @@ from dolfingrip.charts.theme import PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.report.fields import FieldMesh, list_steps, read_steps
-from dolfingrip.report.page.scene import FINGER_VIEW, UPRIGHT, Floats, Load, Part, Scene, towards
+from dolfingrip.report.page.scene import (
+    FINGER_VIEW,
+    UPRIGHT,
+    Floats,
+    Load,
+    Scene,
+    ScenePart,
+    towards,
+)
 from dolfingrip.report.scene import clamp
 from dolfingrip.report.skin import Skin, extract_skin
 
@@ -81,7 +89,7 @@ def shown_mesh(fields: Fields) -> FieldMesh:
     return replace(mesh, cells=mesh.cells[:, :corners])
 
 
-def parts(fields: Fields, name: str, *, clamped: bool) -> list[Part]:
+def parts(fields: Fields, name: str, *, clamped: bool) -> list[ScenePart]:
     """The specimen's skin, its section if it is half of one, and its clamp.
 
     Args:
@@ -121,13 +129,13 @@ def unloaded_shape(config: Config) -> Scene:
     return Scene("design", "Shape of the design", "design", pieces, load, towards(FINGER_VIEW))
 
 
-def _part(fields: Fields, skin: Skin, name: str, **kind: Any) -> Part:
+def _part(fields: Fields, skin: Skin, name: str, **kind: Any) -> ScenePart:
     frames = [skin.points, *(skin.move(displacement) for displacement in fields.displacements)]
     further = {k: np.array([step[skin.node] for step in v]) for k, v in fields.further.items()}
-    return Part(name, skin, np.array(frames) * UPRIGHT, fields=further, **kind)
+    return ScenePart(name, skin, np.array(frames) * UPRIGHT, fields=further, **kind)
 
 
-def block(name: str, low: Floats, high: Floats, axes: Floats, centre: Floats) -> Part:
+def block(name: str, low: Floats, high: Floats, axes: Floats, centre: Floats) -> ScenePart:
     """A box that never moves, between corners in axes of its own.
 
     Args:
@@ -138,7 +146,7 @@ def block(name: str, low: Floats, high: Floats, axes: Floats, centre: Floats) ->
     """
     skin = box_skin(low, high)
     places = (centre + skin.points @ axes) * UPRIGHT
-    return Part(name, replace(skin, points=places), places[None], colour=PALE)
+    return ScenePart(name, replace(skin, points=places), places[None], colour=PALE)
 
 
 def box_skin(low: Floats, high: Floats) -> Skin:

@@ -27,8 +27,8 @@ from dolfingrip.report.page.scene import (
     UPRIGHT,
     Floats,
     Load,
-    Part,
     Scene,
+    ScenePart,
     towards,
 )
 from dolfingrip.report.scene import slab
@@ -43,7 +43,7 @@ AROUND_MM: Final = 8.0
 """How far the table stands out beyond the fingers."""
 
 
-def gripper_parts(folder: Path, config: Config, result: Columns) -> tuple[list[Part], Ints]:
+def gripper_parts(folder: Path, config: Config, result: Columns) -> tuple[list[ScenePart], Ints]:
     """Return fingers, food and table at the steps that are shown, and the row of each step.
 
     Args:
@@ -75,16 +75,16 @@ def gripper_parts(folder: Path, config: Config, result: Columns) -> tuple[list[P
 
 def _finger(
     skin: Skin, number: int, name: str, frames: Floats, fields: Mapping[str, Floats]
-) -> Part:
+) -> ScenePart:
     """One finger of the skin."""
     mine = skin.side == number
-    return Part(
+    return ScenePart(
         name, replace(skin, points=frames[0]).part(mine), frames[:, mine],
         fields={field: values[:, mine] for field, values in fields.items()}, cut=True,
     )  # fmt: skip
 
 
-def food_part(food: ClosedSurface, places: Floats, colour: str) -> Part:
+def food_part(food: ClosedSurface, places: Floats, colour: str) -> ScenePart:
     """Return the food as a part of a scene.
 
     Args:
@@ -95,10 +95,10 @@ def food_part(food: ClosedSurface, places: Floats, colour: str) -> Part:
     none = np.zeros((0, 2), dtype=np.int64)
     count = len(food.points)
     skin = Skin(places[0], np.arange(count), np.ones(count), food.triangles, none, none)
-    return Part("food", skin, places, colour=colour)
+    return ScenePart("food", skin, places, colour=colour)
 
 
-def table_part(around: Floats) -> Part:
+def table_part(around: Floats) -> ScenePart:
     """Return a table as a part of a scene.
 
     Args:
@@ -107,7 +107,7 @@ def table_part(around: Floats) -> Part:
     low, high = around.min(axis=0) - AROUND_MM, around.max(axis=0) + AROUND_MM
     low[2], high[2] = -TABLE_MM, 0.0
     skin = box_skin(low, high)
-    return replace(Part("table", skin, skin.points[None]), colour=PALE)
+    return replace(ScenePart("table", skin, skin.points[None]), colour=PALE)
 
 
 def scene_of(run: Run, fields: finger.Fields | None = None) -> Scene:

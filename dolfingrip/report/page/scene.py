@@ -100,7 +100,7 @@ GRIPPER_VIEW: Final = View(azimuth_deg=35.0, elevation_deg=14.0, up=1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ScenePart:
     """A surface of a scene.
 
     Attributes:
@@ -161,7 +161,7 @@ class Scene:
     title: str
     alt: str
     kind: str
-    parts: Sequence[Part]
+    parts: Sequence[ScenePart]
     load: Load
     towards: Floats
     solved: bool = True
@@ -228,7 +228,7 @@ def shown_fields() -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
-def _packed(part: Part, ends: Mapping[str, list[float]]) -> dict[str, Any]:
+def _packed(part: ScenePart, ends: Mapping[str, list[float]]) -> dict[str, Any]:
     skin = part.skin
     source, triangles = split_at_creases(skin)
     first = np.full(len(skin.points), 0, dtype=np.int64)
