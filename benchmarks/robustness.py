@@ -48,9 +48,8 @@ from typing import Any
 import numpy as np
 
 from dolfingrip import config as configuration
-from dolfingrip.cli import progress
+from dolfingrip.cli import doe_commands, progress
 from dolfingrip.cli.console import console
-from dolfingrip.cli.doe_commands import DEFAULTS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Design, Plan
@@ -101,7 +100,7 @@ GOAL = 0.99
 
 def base(overrides: Sequence[str] = ()) -> Config:
     """Return the configuration that all fingers share."""
-    return configuration.load(None, assignments(overrides), {**DEFAULTS, **assignments(OURS)})
+    return doe_commands.base(None, assignments([*OURS, *overrides]))
 
 
 def draw(number: int, seed: int, shared: Config) -> list[Inputs]:

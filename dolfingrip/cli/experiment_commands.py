@@ -251,7 +251,7 @@ def synthetic_measurement(args: SyntheticSettings) -> None:
     """Write a synthetic measurement with hidden effects, nuisances and noise."""
     kinds = _measured(args.experiments)
     check_noise(args.noise)
-    screen = console()
+    screen, failures = console(), []
     for out, config in _poses(find(kinds[0]), args, args.overrides):
         check_writable(out)
         requests = [Request.of(kind, config) for kind in kinds]
@@ -267,12 +267,15 @@ def synthetic_measurement(args: SyntheticSettings) -> None:
                 tell=tell,
             )
         synthetic.write(measurement, out)
+        failures += measurement.failures
         for failure in measurement.failures:
             screen.say(failure.sentence(), style="red")
         screen.say(
             f"{len(measurement.rows)} readings: {out / 'measured.csv'} and .toml; "
             f"what is behind them: {out / 'truth.toml'}"
         )
+    if failures:
+        raise typer.Exit(1)
 
 
 def perform(args: RunSettings) -> None:

@@ -163,7 +163,8 @@ def coarsened(config: Config, policy: LoopPolicy = POLICY) -> Config:
     """Return ``config`` with a coarse mesh and one reading, at its highest pressure."""
     data = config.model_dump(mode="json")
     size = max(policy.size_mm, config.mesh.size_mm or 0.0)
-    data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
+    if config.mesh.file is None:
+        data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
     data["experiment"]["step_kPa"] = config.experiment.largest_kPa
     data["solver"]["max_step_kPa"] = max(policy.longest_step_kPa, config.solver.max_step_kPa)
     return configuration.from_dict(data)

@@ -250,7 +250,7 @@ class PickupSettings(ConfiguredSettings):
 
     A call that was killed goes on where it was. pickup.csv has all grasps.
 
-    Example: dolfingrip pickup --food strawberry --resolution 10
+    Example: dolfingrip pickup --food cube --pose pinch --resolution 10
     """
 
     out: Path = _out(Path("out/pickup"))

@@ -16,9 +16,8 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.charts import picture
-from dolfingrip.cli import progress
+from dolfingrip.cli import doe_commands, progress
 from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
-from dolfingrip.cli.doe_commands import DEFAULTS
 from dolfingrip.cli.settings import OptimiseSettings, StudySettings, TradeOffSettings, TrainSettings
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.design.campaign.plan import OBJECTIVE
@@ -205,9 +204,8 @@ def objectives_of(
 
 def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Config:
     """The configuration that a design's inputs are set in."""
-
     if file is not None or "base" not in campaign:
-        return configuration.load(file, overrides, DEFAULTS)
+        return doe_commands.base(file, overrides)
     return configuration.changed(configuration.from_dict(campaign["base"]), overrides)
 
 

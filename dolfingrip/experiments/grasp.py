@@ -64,7 +64,7 @@ a thousandth of the food's weight."""
 class Grasp(Experiment):
     """Grasp food from a table with three fingers, and lift it.
 
-    Example: dolfingrip grasp --food strawberry --pressure 120
+    Example: dolfingrip grasp --food cube --pose pinch --pressure 150
 
     With suction (``experiment.min_pressure_kPa``) the fingers open before they approach the food.
     The gripper stands still and the table moves. Fingers are quasi-static, or have inertia from the

@@ -22,7 +22,8 @@ strip for the scale bar alone (inches)."""
 _POINTS = 96.0
 """Size of bold letters (points) that are an inch wide, with a space beside each."""
 
-SCALE_BAR_MM = 20.0
+_BAR = 0.9
+"""Longest scale bar (inches)."""
 
 
 def trim(picture: Image, margin_px: int) -> Image:
@@ -98,7 +99,9 @@ def framed(
     widths = [picture.shape[1] / DPI for picture in pictures]
     bottom = _BOTTOM if view else _LOW
     right = _RIGHT if scale_label else _SIDE
-    size = (max(_SIDE + sum(widths), 1.9) + right, _TOP + height + bottom)
+    bar_mm, start = scale_bar_mm(px_per_mm), 1.0 if view else _SIDE
+    widest = max(_SIDE + sum(widths), start + bar_mm * px_per_mm / DPI)
+    size = (widest + right, _TOP + height + bottom)
     figure = Figure(figsize=size, dpi=DPI)
     FigureCanvasAgg(figure)
     room = min(wide / max(len(text), 1) for wide, text in zip(widths, labels, strict=True))
@@ -106,7 +109,7 @@ def framed(
         figure, pictures, labels, (_SIDE, bottom), below_top_in=0.08,
         fontsize=min(11.0, _POINTS * room), fontweight="bold",
     )  # fmt: skip
-    _draw_scale(figure, px_per_mm / DPI, view, bottom)
+    _draw_scale(figure, (start, start + bar_mm * px_per_mm / DPI), f"{bar_mm:g} mm", view, bottom)
     if not scale_label:
         return figure
     left, low = size[0] - right + 0.15, bottom + 0.15 * height
@@ -150,16 +153,28 @@ def place_pictures(
         left += width + gap_in
 
 
-def _draw_scale(figure: Figure, in_per_mm: float, view: View | None, tall: float) -> None:
-    """A scale bar and the axes' directions in the strip below the pictures."""
+def scale_bar_mm(px_per_mm: float) -> float:
+    """Length of the scale bar: 1, 2 or 5 times a power of ten, as long as there is room for.
+
+    Args:
+        px_per_mm: scale of the pictures.
+    """
+    most = _BAR * DPI / px_per_mm
+    ten = 10.0 ** np.floor(np.log10(most))
+    return float(max(each * ten for each in (1, 2, 5) if each * ten <= most))
+
+
+def _draw_scale(
+    figure: Figure, ends: tuple[float, float], said: str, view: View | None, tall: float
+) -> None:
+    """A scale bar between ``ends`` (inches) and the axes' directions, below the pictures."""
     width, height = figure.get_size_inches()
     strip = figure.add_axes((0, 0, 1, tall / height))
     strip.set(xlim=(0, width), ylim=(0, tall))
     strip.set_axis_off()
-    length = SCALE_BAR_MM * in_per_mm
-    start, level = (1.0, 0.38) if view else (_SIDE, 0.3)
-    strip.plot([start, start + length], [level, level], color=INK, lw=2.2, solid_capstyle="butt")
-    strip.text(start + length / 2, level - 0.06, f"{SCALE_BAR_MM:g} mm", ha="center", va="top")
+    level = 0.38 if view else 0.3
+    strip.plot(ends, [level, level], color=INK, lw=2.2, solid_capstyle="butt")
+    strip.text(sum(ends) / 2, level - 0.06, said, ha="center", va="top")
     if view is None:
         return
     right, up, _ = view.axes

@@ -322,7 +322,7 @@ def perform(request: Data) -> Data:
 
 def _followed(folder: Path, answer: Answer) -> Data:
     """Sections in the fields of a run."""
-    stops = len(answer.columns[PRESSURE.name])
+    stops = len(answer.columns.get(PRESSURE.name, ()))
     if not stops:
         return {}
     reader = pv.get_reader(folder / "fields.pvd")

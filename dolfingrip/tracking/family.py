@@ -128,10 +128,11 @@ def simulate(config: Config, progress: Callable[[int, int], None]) -> Family:
 
     with TemporaryDirectory() as folder:
         softer = config.model_copy(update={"experiment": experiment})
-        run("bending", softer, out=folder, progress=count)
+        result = run("bending", softer, out=folder, progress=count)
+        if len(result.rows) < 3:
+            why = result.failure.sentence() if result.failure else "it is read at less than 3"
+            raise ConfigError(f"--silhouette: no shapes of the finger: {why}")
         mesh, moves, _ = read_steps(list_steps(Path(folder) / "fields.pvd"))
-    if len(moves) < 3:
-        raise ConfigError("the finger's shapes cannot be simulated; allowed: one that bends")
     skin = extract_skin(mesh)
     return of_skins(np.array([skin.move(move) for move in moves]), skin.triangles)
 

@@ -103,6 +103,13 @@ def test_a_slider_changes_the_design(page: Page) -> None:
     assert page.input_value("#n-0") == "0.4"
     assert page.inner_text("#numbers") != before[0]
     assert page.locator("#view").screenshot() != before[1]
+    page.fill("#n-0", "")
+    page.locator("#n-0").blur()
+    assert page.input_value("#n-0") == "0.4"  # an empty box is no value
+    badge, scale = (page.locator(each).bounding_box() for each in ("#badge", ".scale"))
+    assert badge is not None
+    assert scale is not None
+    assert badge["x"] + badge["width"] <= scale["x"]  # nothing of the scale is hidden
     assert not said.errors
 
 
@@ -286,7 +293,7 @@ def test_steps_by_keys_are_one_change(page: Page) -> None:
 def test_a_link_of_other_sliders_is_told_and_shows_the_start(
     context: BrowserContext, page: Page, server: Server
 ) -> None:
-    """Of two sliders more, of no gripper, of another explorer's keys, and no state at all."""
+    """Of two sliders more, of no gripper, of another explorer's keys, no state, and cut short."""
     linked = page.evaluate("decodeURIComponent(location.hash.slice('#design='.length))")
     state = json.loads(linked)
     for foreign in (
@@ -294,10 +301,13 @@ def test_a_link_of_other_sliders_is_told_and_shows_the_start(
         {key: value for key, value in state.items() if key != "gripper"},
         {**state, "of": "finger.depth_mm,finger.wall_mm"},
         {},
+        None,
+        linked[: len(linked) // 2],
     ):
         other = context.new_page()
         said = chromium.heard(other)
-        other.goto(f"http://127.0.0.1:{server.port}/#design={quote(json.dumps(foreign))}")
+        text = foreign if isinstance(foreign, str) else json.dumps(foreign)
+        other.goto(f"http://127.0.0.1:{server.port}/#design={quote(text)}")
         other.wait_for_selector("html[data-ready]")
         assert "COG offset" in other.inner_text("#numbers")
         assert "other sliders" in other.inner_text("#error")

@@ -15,9 +15,11 @@ from matplotlib.colors import rgb_to_hsv
 from PIL import Image
 
 from dolfingrip.channels import ANGLE, PRESSURE
+from dolfingrip.charts.theme import colour_map
 from dolfingrip.config import Config
 from dolfingrip.files.table import read_csv
 from dolfingrip.report.beside import Beside, Plate
+from dolfingrip.report.layout import around
 from dolfingrip.report.render import SIDE, draw, draw_video
 from dolfingrip.report.scene import framing
 from dolfingrip.report.video import POLICY
@@ -163,6 +165,22 @@ def test_the_camera_turns_about_a_point_that_stays(quadratic_run: Path) -> None:
     still = draw_video(quadratic_run / "fields.pvd", [PRESSURE], seconds=0.2)
     assert still.view == SIDE
     assert still.images[0].shape[1] != drawn.images[0].shape[1]
+
+
+@pytest.mark.parametrize(
+    ("px_per_mm", "length_mm"), [(8.8, 20.0), (14.0, 10.0), (0.5, 500.0), (300.0, 0.5)]
+)
+def test_the_scale_bar_suits_the_part(px_per_mm: float, length_mm: float) -> None:
+    """A slim specimen, a part of a metre and one of a millimetre: no picture is wider than it."""
+    slim = np.full((300, 60, 3), 255, np.uint8)
+    drawn, _ = around(
+        slim, px_per_mm=px_per_mm, view=None, colour_map=colour_map("none"), range_=(0.0, 1.0),
+        scale_label="",
+    )  # fmt: skip
+    dark = (drawn < 128).all(axis=2)
+    bar = dark[dark.sum(axis=1).argmax()].nonzero()[0]
+    assert np.ptp(bar) == pytest.approx(length_mm * px_per_mm, abs=3)
+    assert drawn.shape[1] == pytest.approx(length_mm * px_per_mm + 60, abs=3)
 
 
 def test_nothing_colours_a_finger(quadratic_run: Path, tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ const DIGITS = 4; // of a slider's value
 const REST_MS = 500; // without a change, after which a design is at rest
 const CONTROLS = ['pose', 'alpha', ...GRIPPER, 'kind', ...FOOD];
 const OF = data.sliders.map(({ key }) => key).join(); // what a state's values are of
-const FOREIGN = 'The link is of an explorer with other sliders, so its design is not shown.';
+const FOREIGN = 'The link is cut short or of an explorer with other sliders, so its design is not shown.';
 const SOLVED = { bending: 'free bending', blocked_force: 'blocked force' };
 const THUMB = { width: 220, height: 165 }; // pixels
 const STEPS = /^(Arrow|Page|Home|End)/; // keys that change a slider or a box
@@ -160,7 +160,10 @@ class Explorer {
         input.addEventListener('keydown', ({ key }) => (steps = STEPS.test(key)));
         input.addEventListener('pointerdown', () => (steps = false));
         input.addEventListener('change', () => (steps ? this.#restSoon() : this.#rest()));
-        input.addEventListener('blur', () => this.#rest());
+        input.addEventListener('blur', () => {
+          this.#labels(); // an empty box has changed nothing
+          this.#rest();
+        });
       }
     }
     for (const button of document.querySelectorAll('.each')) {

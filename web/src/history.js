@@ -40,9 +40,9 @@ export class History {
   linked() {
     if (!location.hash.startsWith(START)) return null;
     try {
-      return JSON.parse(decodeURIComponent(location.hash.slice(START.length)));
+      return JSON.parse(decodeURIComponent(location.hash.slice(START.length))) ?? {};
     } catch {
-      return null; // a link that was cut short
+      return {}; // a link that was cut short: of no page
     }
   }
 

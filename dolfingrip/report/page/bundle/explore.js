@@ -441,9 +441,9 @@
     linked() {
       if (!location.hash.startsWith(START)) return null;
       try {
-        return JSON.parse(decodeURIComponent(location.hash.slice(START.length)));
+        return JSON.parse(decodeURIComponent(location.hash.slice(START.length))) ?? {};
       } catch {
-        return null;
+        return {};
       }
     }
     /** Take up a state after the present one, whose later ones are then gone; it may become the link. */
@@ -1909,7 +1909,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var REST_MS = 500;
   var CONTROLS = ["pose", "alpha", ...GRIPPER, "kind", ...FOOD];
   var OF = data.sliders.map(({ key }) => key).join();
-  var FOREIGN = "The link is of an explorer with other sliders, so its design is not shown.";
+  var FOREIGN = "The link is cut short or of an explorer with other sliders, so its design is not shown.";
   var SOLVED = { bending: "free bending", blocked_force: "blocked force" };
   var THUMB = { width: 220, height: 165 };
   var STEPS = /^(Arrow|Page|Home|End)/;
@@ -2036,7 +2036,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           input.addEventListener("keydown", ({ key }) => steps = STEPS.test(key));
           input.addEventListener("pointerdown", () => steps = false);
           input.addEventListener("change", () => steps ? this.#restSoon() : this.#rest());
-          input.addEventListener("blur", () => this.#rest());
+          input.addEventListener("blur", () => {
+            this.#labels();
+            this.#rest();
+          });
         }
       }
       for (const button of document.querySelectorAll(".each")) {

@@ -103,5 +103,5 @@ def _chart(error: QuantityError) -> Chart:
     note = f"None of these states was fitted. {kind}: {said(error.rms, unit)} rms, "
     note += f"{said(error.largest, unit)} at most."
     title = f"Reduced model: {error.title}"
-    up = Axis(f"{error.quantity} ({unit})", unit)
+    up = Axis(f"{error.quantity.capitalize()} ({unit})", unit)
     return Chart(title, across, up, series, note=note, below=below)
