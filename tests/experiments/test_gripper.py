@@ -307,7 +307,11 @@ def _image(half: GripperModel, whole: GripperModel) -> tuple[np.ndarray, np.ndar
 
 
 HUNG = ("gravity.acceleration_m_s2=11.81", "gravity.direction=[0,0,1]")
-LIGHT = (*EVEN, "experiment.max_pressure_kPa=100", "food.density_kg_m3=300")
+LIGHT = (
+    *EVEN, "experiment.max_pressure_kPa=100", "food.density_kg_m3=300",
+    "contact.self_contact=false",
+)  # fmt: skip
+"""Folds of these fingers hardly touch at 100 kPa: to look for that takes half of a run's time."""
 
 
 @pytest.fixture(scope="module")
@@ -335,6 +339,7 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path], hal
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_tank_fills_the_fingers_of_a_gripper(half: Result) -> None:
     """They lag behind the regulator while they close, then hold as a prescribed pressure does."""
     tank = ("supply.source=tank", "supply.tank_cm3=100", "supply.valve_dm3_per_s_bar=0.02")

@@ -17,8 +17,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import basix.ufl
 import pytest
 import typer
+import ufl
 from support import compiling
 
 from dolfingrip.cli import edge
@@ -218,3 +220,26 @@ def test_a_process_lists_entry_points_once(tmp_path: Path, monkeypatch: pytest.M
     assert len(looks) == before
     metadata.entry_points()  # others ask as ever
     assert len(looks) == before + 1
+
+
+def test_equal_expressions_are_compared_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there are 2¹⁶ ways down to the one field."""
+    domain = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
+    space = ufl.FunctionSpace(domain, basix.ufl.element("Lagrange", "tetrahedron", 1))
+    compared: list[object] = []
+
+    def noted(one: ufl.Coefficient, other: object) -> bool:
+        compared.append(other)
+        return isinstance(other, ufl.Coefficient) and one.count() == other.count()
+
+    monkeypatch.setattr(ufl.Coefficient, "__eq__", noted)
+
+    def built(number: int) -> Any:
+        made = ufl.Coefficient(space, number)
+        for _ in range(16):
+            made = ufl.sin(made) + ufl.cos(made)
+        return made
+
+    assert built(0) == built(0)
+    assert len(compared) < 100  # UFL puts the terms of each sum in order
+    assert built(0) != built(1)

@@ -79,12 +79,30 @@ def test_gradient_of_the_blocked_force(acceleration: float) -> None:
     stored.compare(f"gradient at {acceleration} m/s²", found, rtol=1e-7)
 
 
-@pytest.mark.parametrize("case", [pytest.param("free", marks=pytest.mark.two_ranks), "blocked"])
+@pytest.mark.two_ranks
+@pytest.mark.parametrize("case", ["free", "blocked"])
 def test_multigrid_finds_what_factors_find(case: str) -> None:
     """The reference is the direct solver's on one rank."""
     settings = (FREE if case == "free" else BLOCKED).changed(solver={"linear": "iterative"})
     experiment = "bending" if case == "free" else "blocked_force"
     _compare(case, run(experiment, settings, comm=WORLD))
+
+
+def test_multigrid_iterates_as_on_one_rank() -> None:
+    """One step: where its levels are wrong, factors take its place, or Newton iterates longer."""
+    settings = small.short(
+        *small.FEW, "solver.linear=iterative", "experiment.max_pressure_kPa=20",
+        "experiment.step_kPa=20",
+    )  # fmt: skip
+    all_ranks, one = (run("bending", settings, comm=comm) for comm in (WORLD, MPI.COMM_SELF))
+    assert all_ranks.failure is None
+    found, expected = (each.facts.newton for each in (all_ranks, one))
+    print(found, expected)
+    assert found.linear_solver == "iterative"
+    assert (found.iterations, found.factorisations) == (
+        expected.iterations, expected.factorisations,
+    )  # fmt: skip
+    np.testing.assert_allclose(all_ranks["angle_deg"], one["angle_deg"], rtol=1e-6)
 
 
 def test_free_finger_without_contact(shared: Path) -> None:
