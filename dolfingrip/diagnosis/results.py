@@ -238,7 +238,10 @@ def _headline(
     values, causes = analysis.overrides(fit), problem.causes(fit.subset)
     by_key = {number.key: number for number in reversed(numbers)}
     # which of ζ each of the model's own numbers is; all moduli are one
-    places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
+    places = {
+        place: by_key[number.key]
+        for place, number in enumerate(problem.always) if place and number.role == "always"
+    }  # fmt: skip
     places[0] = numbers[0]
     used = [place for place in places if place == 0 or places[place].key in values]
     named = [(name, places[problem.implausible[name]]) for name in far]

@@ -117,7 +117,7 @@ def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance:
         measurement, noise, np.diag(noise**2), np.array([0.6, 0.4]), laws(x),
         elastic=frozenset({"yeoh", "ogden"} if elastic else ()),
     )  # fmt: skip
-    weighed = comparison.worth(addition, laws(more), np.diag(noise**2), 0.0, 0.0)
+    weighed = comparison.worth(addition, laws(more), np.diag(noise**2))
     assert weighed.chance == pytest.approx(chance)
 
 
@@ -140,7 +140,7 @@ def test_what_another_specimen_may_do_tells_no_law(shared: float, chance: float)
         laws(0.0), elastic=frozenset({"yeoh", "ogden"}),
     )  # fmt: skip
     between = shared**2 * np.outer(x**2, x**2)
-    weighed = comparison.worth(addition, laws(0.1), np.diag(noise**2), between, 0.0)
+    weighed = comparison.worth(addition, laws(0.1), np.diag(noise**2), between)
     assert weighed.chance == pytest.approx(chance)
 
 

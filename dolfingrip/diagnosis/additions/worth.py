@@ -26,7 +26,7 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg import block_diag, cho_solve, cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.checks import NumberCheck
@@ -242,8 +242,7 @@ class Comparison:
         addition: Proposal | NumberCheck,
         after: Sequence[Rival],
         errors: np.ndarray,
-        shared: float | np.ndarray,
-        cross: float | np.ndarray,
+        others: float | np.ndarray = 0.0,
         unseen: bool | np.ndarray = False,
     ) -> NextExperiment:
         """Weigh what an addition tells by the time that it takes.
@@ -252,14 +251,11 @@ class Comparison:
             addition: what is measured.
             after: each hypothesis at the addition's m readings.
             errors: covariance of these readings by what no other shares, shape (m, m).
-            shared: that by all else, shape (m, m).
-            cross: covariance of the readings so far and these, shape (n, m).
+            others: that by all else that no hypothesis fits, shape (m, m).
             unseen: pairs that differ in what the readings do not show, shape (effects, effects);
                 one value for all pairs will do.
         """
-        between = np.zeros((len(self.covariance), len(errors)))
-        between[: len(self.noise)] = cross
-        joint = np.block([[self.covariance, between], [between.T, errors + shared]])
+        joint = block_diag(self.covariance, errors + others)
         together = [
             replace(
                 a,

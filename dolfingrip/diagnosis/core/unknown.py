@@ -79,9 +79,9 @@ class Unknown:
         return self.told or self.key
 
     @classmethod
-    def marginal(cls, key: str, std: float, unit: str) -> Unknown:
-        """Make a number that is integrated out, from its standard deviation in a unit."""
-        prior = Prior(0.0, std, "as reported")
+    def marginal(cls, key: str, std: float, unit: str, mean: float = 0.0) -> Unknown:
+        """Make a number that is never far from what was told, from its deviation in a unit."""
+        prior = Prior(mean, std, "as reported")
         return cls(key, prior, -np.inf, np.inf, role="marginal", unit=unit)
 
     def implausible(self, name: str = "") -> Cause:
