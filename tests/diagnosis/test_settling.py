@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Visibility
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Unknown, cause, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import read
@@ -171,9 +171,9 @@ def test_what_cannot_be_seen_is_told_by_what_hides_it() -> None:
     # reference: the length of the change by the noise
     expected = np.linalg.norm(CHANGES["base_layer_offset"]) / NOISE
     problem, name = found.analysis.problem, "base_layer_offset"
-    seen = Visibility(problem, found.none.zeta[: problem.nuisance_count])
-    zeta = found.analysis.causes[name].at_strength(found.analysis.causes[name].box())
-    alone, _ = _taken(found.analysis, seen, seen.change(name, zeta))
+    own = found.none.zeta[: problem.nuisance_count]
+    zeta = found.analysis.causes[name].at_strength()
+    alone, _ = _taken(found.analysis, own, problem.change(name, own, zeta))
     assert alone == pytest.approx(expected, rel=0.05)
     assert hidden["plate_tilt"] == ()
     assert hidden["mullins"] == ()

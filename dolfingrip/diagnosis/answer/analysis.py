@@ -20,7 +20,6 @@ from dolfingrip.diagnosis.core.evidence import (
     InferenceProblem,
     MapFit,
     Subset,
-    Visibility,
     taken,
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
@@ -329,24 +328,24 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
         itself.
     """
     problem = analysis.problem
-    seen = Visibility(problem, none.zeta[: problem.nuisance_count])
+    own = none.zeta[: problem.nuisance_count]
     hidden: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
-        zeta = cause.at_strength(cause.box())
-        if seen.strength(name, zeta) < problem.policy.visible:
-            _, hidden[name] = _taken(analysis, seen, seen.change(name, zeta))
+        zeta = cause.at_strength()
+        if problem.strength(name, own, zeta) < problem.policy.visible:
+            _, hidden[name] = _taken(analysis, own, problem.change(name, own, zeta))
     return hidden
 
 
 def _taken(
-    analysis: Analysis, seen: Visibility, change: np.ndarray
+    analysis: Analysis, own: np.ndarray, change: np.ndarray
 ) -> tuple[float, tuple[str, ...]]:
     """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
     noise = analysis.errors.noise
     alone = float(np.linalg.norm(change / noise))
     if alone < analysis.problem.policy.visible:
         return alone, ()
-    always, columns = analysis.problem.always, seen.own / noise[:, None]
+    always, columns = analysis.problem.always, analysis.problem.slopes(NONE, own) / noise[:, None]
     names = [number.names[0] if number.names else number.key for number in always]
     parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
     order = np.argsort(parts)[::-1]
@@ -375,11 +374,11 @@ def alternatives(
         if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
         fit, count = fits[subset, 0.0], problem.nuisance_count
-        seen = Visibility(problem, fit.zeta[:count])
-        change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
+        own = fit.zeta[:count]
+        change = problem.change(*subset, own, fit.zeta[count:])
         more = _room(analysis, fit, change)
         more_of_readings = problem.slopes(subset, fit.zeta)[:, count:] @ more[count:]
-        alone, behind = _taken(analysis, seen, change + more_of_readings)
+        alone, behind = _taken(analysis, own, change + more_of_readings)
         if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             possible.append(Alternative(fit, factor, behind, stronger))
