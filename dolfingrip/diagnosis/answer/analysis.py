@@ -109,6 +109,8 @@ class Analysis[S: Simulator]:
             return None
         every = Individual(self.measurement, errors.covariance, errors.along, errors.signal)
         alike = errors.covariance - every.apart(errors.scatter.scale, errors.scatter.shape)
+        sizes = [artefact.nuisance.change for artefact in errors.artefacts]
+        alike += sum(np.outer(change, change) for change in sizes)
         some = np.arange(
             0, len(errors.signal), -(-len(errors.signal) // self.measurement.policy.some_readings)
         )
