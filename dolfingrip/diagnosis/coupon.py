@@ -92,7 +92,8 @@ class CouponSimulation:
             if "." in key and std:
                 off = {key: std}
                 moved = self._displayed({}, self._solved({}, {}, off), off)[0]
-                number = Unknown.marginal(key, std, named(key).unit)
+                there = named(key).value(_changed(self.groups[0].config, {}, {key: 0.0}))
+                number = Unknown.marginal(key, std, named(key).unit, there)
                 numbers.append(Nuisance(number, moved - self.base.readings))
         return numbers
 

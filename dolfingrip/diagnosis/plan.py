@@ -1,229 +1,152 @@
 """A plan: what a rig could name, and which addition buys most per minute.
 
-Each effect is hidden in turn, at strengths from its prior. The readings that it makes, with noise,
-the rig's own errors and a discrepancy as probable as a diagnosis takes it to be, are searched and
-decided as measured ones are, one cause at a time. The share of draws in which the answer is this
-effect alone is the probability that it is named.
+Each effect is supposed in turn, at strengths from its prior. The evidence that its readings are
+expected to give to it and to all others (:mod:`dolfingrip.diagnosis.additions.worth`), with a
+discrepancy as probable as a diagnosis takes it to be, tells what a diagnosis would name. The share
+of strengths at which it is this effect alone is the probability that it is named. One with memory
+is not named alone where a loading at one rate tells it by a shape that an elastic law has, too.
 """
 
 from __future__ import annotations
 
-import zlib
-from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtri, softmax
 
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.refining import doubtful
-from dolfingrip.diagnosis.core.decision import decide, held
-from dolfingrip.diagnosis.core.evidence import Key, Visibility
-from dolfingrip.diagnosis.core.search import one_at_a_time
+from dolfingrip.diagnosis.additions.worth import Rival, expected_evidence
+from dolfingrip.diagnosis.answer.analysis import Analysis, told_by_shape
+from dolfingrip.diagnosis.core.evidence import NONE, Hypotheses
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.measurement import Measurement, joined
+from dolfingrip.diagnosis.data.measurement import Measurement, joined, shows_memory
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings
 from dolfingrip.diagnosis.finger import FingerSimulation, coarser
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
 
-NOISES: Final = 2
-"""Draws of everything else at each strength."""
 
+def strengths(cause: Cause, policy: Policy) -> np.ndarray:
+    """Strengths of a cause that are equally probable, by the ordinary one, rising.
 
-Draw = tuple[tuple[str, ...], dict[str, float]]
-"""Of readings with a hidden cause: the set that a diagnosis names in which this one is, empty where
-it names no such set; and the probability of each effect that it finds."""
-
-
-@dataclass(frozen=True, eq=False)
-class Hidden:
-    """A cause that is hidden in readings, at strengths from its prior, and looked for.
-
-    Attributes:
-        planned: the readings to be.
-        cause: the effect.
+    Args:
+        cause: an effect of the catalogue.
+        policy: how many.
     """
-
-    planned: Analysis[Any]
-    cause: Cause
-    _before: dict[Key, np.ndarray] = field(default_factory=dict)
-    _drawn: dict[int, list[Draw]] = field(default_factory=dict)
-
-    @cached_property
-    def visibility(self) -> Visibility:
-        """Strengths of causes."""
-        problem = self.planned.problem
-        return Visibility(problem, np.zeros(problem.nuisance_count))
-
-    def strength(self, by_ordinary: float) -> float:
-        """Length of its change at a strength, standard deviations."""
-        return self.visibility.strength(self.cause.name, self.at(by_ordinary))
-
-    def diagnosed(self, zeta: np.ndarray, rng: np.random.Generator) -> Draw:
-        """The cause at ζ under noise, nuisances and a discrepancy as probable as it may be.
-
-        More readings with the same ``rng`` have the same noise, as far as both go.
-        """
-        problem, name = self.planned.problem, self.cause.name
-        if self.visibility.strength(name, zeta) < 0.5 * problem.policy.unlikely:
-            return (), {}
-        odds = problem.policy.levels
-        level = problem.levels[float(rng.choice([*odds], p=[*odds.values()]))]
-        noise = level.coloured(rng.standard_normal(len(problem.value)))
-        value = problem.base + self.visibility.change(name, zeta) + noise
-        posterior = one_at_a_time(
-            {k: model.read(value) for k, model in problem.levels.items()}, self._before
-        )
-        decision = decide(posterior)
-        named = decision.first if decision.answer == "cause" and name in decision.first else ()
-        subsets = posterior.subsets
-        return named, {other: held(subsets, (other,)) for other in self.planned.causes}
-
-    @cached_property
-    def strengths(self) -> np.ndarray:
-        """Strengths that are hidden, by the ordinary one, rising, shape (strengths,)."""
-        first = next(number for number in self.cause.numbers if number.amplitude)
-        count = self.planned.problem.policy.strengths
-        middles = ndtri((np.arange(count) + 0.5) / count)
-        values = first.at(middles)
-        start, step = self.cause.start_and_step(first)
-        return np.asarray(np.sort(np.abs(values - start) / abs(step)))
-
-    @property
-    def label(self) -> str:
-        """Numbers of the cause at the ordinary strength, for people."""
-        at = zip(self.cause.numbers, self.at(1.0), strict=True)
-        return ", ".join(f"{n.key.rpartition('.')[2]} = {float(n.at(z)):.4g}" for n, z in at)
-
-    def at(self, strength: float, rng: np.random.Generator | None = None) -> np.ndarray:
-        """ζ of its numbers at a strength; those of its shape from their priors, or their middles.
-
-        Args:
-            strength: by the ordinary one.
-            rng: draws the shape; None for the middles.
-        """
-        return self.cause.at_strength(self.cause.box(), strength, rng)
-
-    def drawn(self, place: int) -> list[Draw]:
-        """The draws at one of the strengths."""
-        if place not in self._drawn:
-            name, strength = self.cause.name, float(self.strengths[place])
-            draws = []
-            for turn in range(NOISES):
-                rng = np.random.default_rng([zlib.crc32(name.encode()), place, turn])
-                draws.append(self.diagnosed(self.at(strength, rng), rng))
-            self._drawn[place] = draws
-        return self._drawn[place]
-
-    def counted(self, counts: Callable[[Draw], bool], full: int | None = None) -> np.ndarray:
-        """How many draws are judged so at each strength, shape (strengths,).
-
-        Not all are drawn: where none is, none is at a lower strength; where all are, all are at a
-        higher one.
-
-        Args:
-            counts: of a draw.
-            full: place from which on all are known to be; None: of none it is known.
-        """
-        count = np.full(len(self.strengths), NOISES)
-
-        def look(low: int, high: int, place: int) -> None:
-            if low >= high:
-                return
-            count[place] = sum(counts(draw) for draw in self.drawn(place))
-            if count[place]:
-                look(low, place, (low + place) // 2)
-            else:
-                count[low:place] = 0
-            if count[place] < NOISES:
-                look(place + 1, high, (place + 1 + high) // 2)
-            else:
-                count[place + 1 : high] = NOISES
-
-        end = len(self.strengths) if full is None else full
-        look(0, end, end - 1)
-        return count
+    first = next(number for number in cause.numbers if number.amplitude)
+    values = first.at(ndtri((np.arange(policy.strengths) + 0.5) / policy.strengths))
+    start, step = cause.start_and_step(first)
+    return np.asarray(np.sort(np.abs(values - start) / abs(step)))
 
 
-def namings(planned: Analysis[Any], before: Sequence[EffectOutlook] = ()) -> list[EffectOutlook]:
+def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
     """Find for each effect from which strength on it is named, the strongest first.
 
     Args:
         planned: the readings to be.
-        before: of fewer readings: what these name more readings name, too.
     """
-    earlier = {outlook.effect: outlook for outlook in before}
-    outlooks = [
-        _naming(Hidden(planned, cause), earlier.get(name)) for name, cause in planned.causes.items()
-    ]
-    outlooks += [EffectOutlook(effect=name) for name in planned.unseen]
-    return sorted(outlooks, key=lambda outlook: -outlook.strength_sigma)
+    problem, found = planned.problem, [EffectOutlook(effect=name) for name in planned.unseen]
+    own = np.zeros(problem.nuisance_count)
+    shown = shows_memory(planned.measurement)
+    by_shape = () if shown else told_by_shape(planned.causes, planned.measurement)
+    for name, cause in planned.causes.items():
+        by_ordinary, at = strengths(cause, problem.policy), cause.at_strength()
+        zetas = [np.r_[own, cause.at_strength(float(s))] for s in by_ordinary]
+        true = np.column_stack([problem.predicted((name,), zeta) for zeta in zetas])
+        rivals = _rivals(planned, problem.predicted((name,), np.r_[own, at]))
+        mass = _expected(planned, rivals, true)
+        sets = [_named(row, problem.policy) for row in mass]
+        alone = np.array([names == (name,) and name not in by_shape for names in sets])
+        within = np.array([name in names for names in sets])
+        ordinary = mass[int(np.argmin(np.abs(by_ordinary - 1.0)))]
+        least = problem.policy.matters * ordinary[name]
+        others = sorted(ordinary, key=lambda other: -ordinary[other])
+        named = threshold(by_ordinary, alone)
+        found.append(EffectOutlook(
+            effect=name, strength_sigma=problem.strength(name, own, at), named_from=named,
+            ordinary=", ".join(f"{n.key.rpartition('.')[2]} = {float(n.at(z)):.4g}"
+                               for n, z in zip(cause.numbers, at, strict=True)),
+            named_from_sigma=None if named is None
+            else problem.strength(name, own, cause.at_strength(named)),
+            class_from=threshold(by_ordinary, within), share=float(alone.mean()),
+            class_share=float(within.mean()),
+            confused_with=tuple(n for n in others if n not in ("", name) and ordinary[n] > least),
+        ))  # fmt: skip
+    return sorted(found, key=lambda outlook: -outlook.strength_sigma)
 
 
-def share(outlooks: Sequence[EffectOutlook]) -> float:
-    """Part of the effects that is named, strengths from their priors."""
-    return float(np.mean([outlook.share for outlook in outlooks] or [0.0]))
+def _rivals(planned: Analysis[Any], value: np.ndarray) -> dict[str, Rival]:
+    """Nothing and each cause, fitted to readings, (n,), without noise."""
+    problem = replace(planned.problem, value=value)
+    starts = {(NONE, 0.0): [np.zeros(problem.nuisance_count)]}
+    for name, cause in planned.causes.items():
+        both = [cause.at_strength(), np.zeros(len(cause.numbers))]
+        starts[(name,), 0.0] = [np.r_[starts[NONE, 0.0][0], zeta] for zeta in both]
+    hypotheses = Hypotheses.under([problem.levels[0.0]], [subset for subset, _ in starts])
+    return {
+        "".join(fit.subset): Rival(
+            fit.zeta, problem.predicted(fit.subset, fit.zeta), problem.slopes(fit.subset, fit.zeta)
+        )
+        for fit in hypotheses.fits(starts)
+    }
 
 
-def _naming(hidden: Hidden, before: EffectOutlook | None) -> EffectOutlook:
-    full = before.sure if before else None
-    alone = hidden.counted(lambda draw: len(draw[0]) == 1, full)
-    # of an addition it is told what it names, not what it nearly does
-    within = alone if before else hidden.counted(lambda draw: len(draw[0]) > 0)
-    named = threshold(hidden.strengths, alone)
-    return EffectOutlook(
-        effect=hidden.cause.name, ordinary=hidden.label,
-        strength_sigma=hidden.strength(1.0), named_from=named,
-        named_from_sigma=None if named is None else hidden.strength(named),
-        class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / NOISES,
-        class_share=float(within.mean()) / NOISES, confused_with=() if before else _alike(hidden),
-        sure=int(np.max(np.flatnonzero(alone < NOISES) + 1, initial=0)),
-    )  # fmt: skip
+def _expected(
+    planned: Analysis[Any], rivals: Mapping[str, Rival], true: np.ndarray
+) -> list[dict[str, float]]:
+    """Probability of each cause, and of nothing, that is expected of readings, (n, places)."""
+    problem, policy = planned.problem, planned.problem.policy
+    none, one, _ = policy.prior_by_size
+    prior = np.log([one / len(planned.causes) if name else none for name in rivals])
+    logs = []
+    for level, odds in policy.levels.items():
+        total = problem.covariance + level**2 * problem.kernel
+        evidence = [
+            expected_evidence(rival, total, problem.covariance, true)[1]
+            for rival in rivals.values()
+        ]
+        logs.append(np.log(odds) + prior + np.transpose(evidence))
+    mass = softmax(logs, axis=(0, 2)).sum(axis=0)
+    return [dict(zip(rivals, map(float, row), strict=True)) for row in mass]
 
 
-def threshold(strengths: np.ndarray, count: np.ndarray) -> float | None:
-    """The strength that leaves the fewest draws named below and not named above it.
+def _named(mass: Mapping[str, float], policy: Policy) -> tuple[str, ...]:
+    """The set of effects that a diagnosis names; none where none is sure enough."""
+    causes = sorted((name for name in mass if name), key=lambda name: -mass[name])
+    held = np.cumsum([mass[name] for name in causes])
+    count = int(np.searchsorted(held, policy.credible * held[-1])) + 1
+    return tuple(causes[:count]) if held[count - 1] >= policy.claimed else ()
+
+
+def threshold(by_ordinary: np.ndarray, named: np.ndarray) -> float | None:
+    """The strength from which on an effect is named; None where it lies above all.
 
     Args:
-        strengths: rising, shape (k,).
-        count: draws that are named at each, of :data:`NOISES`, shape (k,).
+        by_ordinary: strengths, rising, shape (k,).
+        named: whether it is named at each, shape (k,).
 
     Returns:
-        The geometric mean of the two strengths that it lies between; None where it lies above all.
+        The geometric mean of the two strengths that it lies between.
     """
-    missed = NOISES - count
-    wrong = np.r_[0, np.cumsum(count)] + np.r_[np.cumsum(missed[::-1])[::-1], 0]
-    # the highest of equals: what is told is not too little
-    place = len(wrong) - 1 - int(np.argmin(wrong[::-1]))
-    if place == len(strengths):
+    place = int(np.max(np.flatnonzero(~named) + 1, initial=0))
+    if place == len(named):
         return None
-    return float(np.sqrt(strengths[max(place - 1, 0)] * strengths[place]))
+    return float(np.sqrt(by_ordinary[max(place - 1, 0)] * by_ordinary[place]))
 
 
-def _alike(hidden: Hidden) -> tuple[str, ...]:
-    """Effects nearly as probable as it, in the draws about the ordinary strength."""
-    name = hidden.cause.name
-    mass: dict[str, float] = defaultdict(float)
-    away = np.abs(np.log(np.maximum(hidden.strengths, 1e-9)))
-    for place in np.argsort(away, kind="stable")[:2]:
-        for _, probability in hidden.drawn(int(place)):
-            for other, p in probability.items():
-                mass[other] += p
-    least = hidden.planned.problem.policy.matters * mass[name]
-    others = sorted(mass, key=lambda n: -mass[n])
-    return tuple(n for n in others if n != name and mass[n] > least)
+def share(found: Sequence[EffectOutlook]) -> float:
+    """Part of the effects that is named, strengths from their priors."""
+    return float(np.mean([outlook.share for outlook in found] or [0.0]))
 
 
 def analyse_plan(
@@ -250,28 +173,7 @@ def analyse_plan(
             raise ConfigError(f"the simulation does not reach all readings: {why}")
     planned = measurement.reading(readings)
     causes = unknowns(planned, config, names)
-    analysis = analyse(simulator_of(planned, config, workers), causes, names)
-    for name in [*analysis.causes] if analysis.closed_form else ():
-        analysis = _with_rivals(analysis, name)
-    return analysis
-
-
-def _with_rivals(planned: Analysis[Any], name: str) -> Analysis[Any]:
-    """Simulate what follows a cause of ordinary strength where it follows it best."""
-    for _ in range(planned.measurement.policy.tries // 2):
-        hidden = Hidden(planned, planned.causes[name])
-        value = planned.problem.base + hidden.visibility.change(name, hidden.at(1.0))
-        levels = {k: model.read(value) for k, model in planned.problem.levels.items()}
-        posterior = one_at_a_time(levels, {})
-        measured = replace(planned, problem=replace(planned.problem, value=value))
-        _, fits = doubtful(measured, posterior, Counter())
-        pairs = zip(fits, planned.simulated(fits), strict=True)
-        runs = [(fit.subset[:1], run) for fit, run in pairs if run is not None]
-        runs = [(causes, run) for causes, run in runs if causes and causes[0] in planned.causes]
-        if not runs:
-            break
-        planned = replace(planned, problem=planned.problem.beside(runs))
-    return planned
+    return analyse(simulator_of(planned, config, workers), causes, names)
 
 
 ALONE: Final = (
@@ -311,8 +213,8 @@ def plan(
     with staying(store, settings.workers, settings.progress) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
         planned = analyse_plan(measurement, config, workers, names)
-        outlooks = namings(planned)
-        before, named = share(outlooks), {e.effect for e in outlooks if e.at_ordinary}
+        found = outlooks(planned)
+        before, named = share(found), {e.effect for e in found if e.at_ordinary}
         additions: list[AdditionWorth] = []
         failed = [f"{name} could not be tried: {why}" for name, why in planned.failed.items()]
         if names is not None:
@@ -325,7 +227,7 @@ def plan(
             settings.say(f"addition: {proposal.name}")
             try:
                 both = joined(measurement, read_alike(proposal, measurement))
-                more = namings(analyse_plan(both, config, workers, names), outlooks)
+                more = outlooks(analyse_plan(both, config, workers, names))
             except ConfigError as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
@@ -339,8 +241,8 @@ def plan(
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
         readings=len(measurement.listed), minutes=float(lasting), share=before,
-        class_share=float(np.mean([e.class_share for e in outlooks] or [0.0])),
-        effects=tuple(outlooks),
+        class_share=float(np.mean([e.class_share for e in found] or [0.0])),
+        effects=tuple(found),
         additions=tuple(sorted(additions, key=lambda a: -a.gain_per_minute)),
         warnings=(*measurement.warnings, *failed),
     )  # fmt: skip

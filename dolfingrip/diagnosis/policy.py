@@ -53,8 +53,8 @@ class Policy:
         set_up_min: minutes that setting up takes, an engineering guess: what is mounted already, a
             new coupon, a camera, the plate or the clamp.
         odds: by which what is asked for has to be more probable than what it is compared with.
-        strengths: of a cause that are hidden in a planned measurement: the middles of so many parts
-            of its prior, which are equally probable.
+        strengths: of a cause that are supposed in a planned measurement: the middles of so many
+            parts of its prior, which are equally probable.
         leading: hypotheses, designs or artefacts at the top that are looked at, at most.
         prior_by_size: probability of none, one and two effects of the catalogue; alike among those
             of a size.
@@ -128,7 +128,7 @@ class Policy:
         default_factory=lambda: {"ramp": 2.0, "coupon": 15.0, "camera": 10.0, "plate": 5.0}
     )
     odds: float = 20.0
-    strengths: int = 8
+    strengths: int = 10
     leading: int = 5
     prior_by_size: tuple[float, float, float] = (0.25, 0.60, 0.15)
     discrepancy_off: float = 0.85

@@ -45,12 +45,11 @@ from dolfingrip.sections.tables import assignment
 from dolfingrip.version import __version__
 
 
-def plan_text(result: PlanFile, policy: Policy = Policy()) -> str:
+def plan_text(result: PlanFile) -> str:
     """Write a plan as one page of text.
 
     Args:
         result: the plan.
-        policy: by which it was made.
 
     Returns:
         Markdown.
@@ -63,7 +62,7 @@ def plan_text(result: PlanFile, policy: Policy = Policy()) -> str:
         f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Named: a "
         "diagnosis of these readings would answer with this effect alone. Assumed: one effect "
         "acts, at a strength from its prior, under the noise of these instruments; in "
-        f"{100 * (1 - policy.discrepancy_off):.0f} % of cases something acts beside it that no "
+        f"{100 * (1 - Policy().discrepancy_off):.0f} % of cases something acts beside it that no "
         "effect is.",
         "",
     ]
@@ -238,7 +237,10 @@ def _headline(
     values, causes = analysis.overrides(fit), problem.causes(fit.subset)
     by_key = {number.key: number for number in reversed(numbers)}
     # which of ζ each of the model's own numbers is; all moduli are one
-    places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
+    places = {
+        place: by_key[number.key]
+        for place, number in enumerate(problem.always) if place and number.role == "always"
+    }  # fmt: skip
     places[0] = numbers[0]
     used = [place for place in places if place == 0 or places[place].key in values]
     named = [(name, places[problem.implausible[name]]) for name in far]

@@ -127,12 +127,13 @@ def _stretched(
     start = Point(factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area")), 0.0)
     errors = errors_of(simulation)
     reach, least = policy.reach, policy.invisible * errors.noise
-    seen = [number for number in errors.shared if (np.abs(number.change) > least).any()]
+    seen = tuple(number for number in errors.rig if (np.abs(number.change) > least).any())
     linear = [
         replace(n.unknown, low=-reach, high=reach, role="always", names=(n.name,)) for n in seen
     ]
-    runs = [simulation.plain(start)]
-    return simulation, *_problem(simulation, errors, (start.factor,), linear, runs), start
+    errors, runs = replace(errors, rig=seen), [simulation.plain(start)]
+    problem = _problem(simulation, errors, (start.factor,), linear, runs)
+    return simulation, errors, problem, start
 
 
 def _count(simulated: SimulatedReadings) -> int:
@@ -181,8 +182,7 @@ def _followed(
         if not np.isfinite(plain.told).all():
             break
         runs.append(plain)
-        errors = errors_of(simulation)
-        _, problem = _problem(simulation, errors, (factor, *solid), linear, runs)
+        problem = _problem(simulation, errors_of(simulation), (factor, *solid), linear, runs)
         fit = _best(problem)
         if problem.extrapolated(fit) <= policy.exactly:
             break
@@ -213,8 +213,9 @@ def _followed(
         for columns in shifted:
             columns[..., 0] += graded.delta
         runs = [Tangents(run.u, columns) for run, columns in zip(runs, shifted, strict=True)]
-    off, problem = _problem(graded, errors_of(graded), (factor, *solid), linear, runs)
-    return graded, off, problem, start
+    errors = errors_of(graded)
+    problem = _problem(graded, errors, (factor, *solid), linear, runs)
+    return graded, errors, problem, start
 
 
 def _off(simulation: FingerSimulation) -> float:
@@ -240,28 +241,28 @@ def _problem(
     solid: Sequence[Unknown],
     linear: Sequence[Unknown],
     runs: Sequence[Tangents],
-) -> tuple[Errors, InferenceProblem]:
-    """The problem without causes, and everything but causes that readings differ by.
+) -> InferenceProblem:
+    """The problem without causes.
 
     Args:
         simulation: of the model.
         errors: with all numbers of the rig.
         solid: numbers that simulations are made at.
-        linear: numbers that readings are linear in.
+        linear: numbers that readings are linear in, and that may be far from what was told.
         runs: simulations.
     """
-    changes = {nuisance.name: nuisance.change for nuisance in errors.shared}
-    seen = [number for number in linear if number.told_as in changes]
-    columns = [changes[number.told_as] for number in seen]
-    remaining = errors.without([number.told_as for number in (*solid, *seen)])
+    far, solid_names = {n.told_as: n for n in linear}, {n.told_as for n in solid}
+    rig = [number for number in errors.rig if number.name not in solid_names]
+    seen = [far.get(number.name, number.unknown) for number in rig]
+    columns = [number.change for number in rig]
     value = simulation.measurement.listed["value"].to_numpy()
     problem = InferenceProblem(
         value, np.nan_to_num(simulation.configured), errors.noise, (*solid, *seen),
-        np.column_stack([np.zeros((len(value), 0)), *columns]), {}, remaining.covariance,
+        np.column_stack([np.zeros((len(value), 0)), *columns]), {}, errors.covariance,
         kernel(errors.along), told=numbers_read(simulation.measurement, simulation.config),
         policy=simulation.measurement.policy,
     )  # fmt: skip
-    return remaining, problem.beside([(NONE, Tangents.stacked(runs))])
+    return problem.beside([(NONE, Tangents.stacked(runs))])
 
 
 def _best(problem: InferenceProblem) -> MapFit:
@@ -292,7 +293,7 @@ def _first(
             every = np.vstack([places(near, count), places(box, count)])
         else:
             signs = (1.0, -1.0) if effect(cause.name).lopsided else (1.0,)
-            every = np.array([cause.at_strength(box, sign) for sign in signs])
+            every = np.array([cause.at_strength(sign) for sign in signs])
         points[cause.name] = [replace(start, causes=((cause, zeta),)) for zeta in every]
     simulated = iter(simulation.at([point for several in points.values() for point in several]))
     for cause in left:

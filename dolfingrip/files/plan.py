@@ -33,10 +33,6 @@ class EffectOutlook(Part):
     confused_with: tuple[str, ...] = Field(
         (), description="effects that are as probable as it about the ordinary strength, or nearly"
     )
-    sure: int | None = Field(
-        None, exclude=True, description="place among the strengths from which on all draws are "
-        "named alone; not written",
-    )  # fmt: skip
 
     @property
     def at_ordinary(self) -> bool:

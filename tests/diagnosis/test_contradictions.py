@@ -19,7 +19,6 @@ from dolfingrip.diagnosis.answer.discrepancy import smooth_curves
 from dolfingrip.diagnosis.answer.errors import without_memory
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.decision import Decision, decide
-from dolfingrip.diagnosis.core.evidence import Visibility
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
@@ -114,12 +113,12 @@ def test_no_page_contradicts_itself(pulled: Analysis[Any], tmp_path: Path) -> No
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     problem = pulled.problem
-    seen = Visibility(problem, np.zeros(problem.nuisance_count))
+    at_rest = np.zeros(problem.nuisance_count)
     changes = {"none": np.zeros(len(problem.value))}
     for name in (each for each in EFFECTS if each in pulled.causes):
         for strength in STRENGTHS:
-            zeta = pulled.causes[name].at_strength(pulled.causes[name].box(), strength)
-            changes[f"{name} {strength}"] = seen.change(name, zeta)
+            zeta = pulled.causes[name].at_strength(strength)
+            changes[f"{name} {strength}"] = problem.change(name, at_rest, zeta)
     load = TRAVELS_mm[-len(problem.value) :]
     changes |= {f"jump {by}": by * (load > 10.0) for by in (0.1, 2.0)}
     answers = set()
@@ -153,13 +152,13 @@ def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any], tmp_pa
     """Viscosity that one pull shows strongly is named at no more than even odds; a coupon that is
     pulled up and down names it alone (``plan/test_naming.py``)."""
     problem = pulled.problem
-    seen = Visibility(problem, np.zeros(problem.nuisance_count))
-    zeta = pulled.causes["prony"].at_strength(pulled.causes["prony"].box())
+    at_rest = np.zeros(problem.nuisance_count)
+    zeta = pulled.causes["prony"].at_strength()
     alone = replace(pulled, problem=replace(
         problem, numbers={"prony": problem.numbers["prony"]},
         always=(problem.factor, *(replace(each, names=()) for each in problem.always[1:])),
     ))  # fmt: skip
-    found = answered(alone, 2 * seen.change("prony", zeta), np.random.default_rng(SEED))
+    found = answered(alone, 2 * problem.change("prony", at_rest, zeta), np.random.default_rng(SEED))
     assert found.decision.first == ("prony",)
     assert found.decision.by_shape
     assert found.probability <= 0.5
@@ -195,15 +194,15 @@ def test_a_loop_of_friction_is_not_claimed_as_one_of_the_material(tmp_path: Path
     for step in np.diff(own.measurement.listed["control"], prepend=0.0):
         behind = np.sign(step) + (behind - np.sign(step)) * np.exp(-abs(step) / 0.8)
         rubs.append(0.6 * behind)
-    seen = Visibility(problem, np.zeros(problem.nuisance_count))
-    zeta = own.causes["permanent_set"].at_strength(own.causes["permanent_set"].box())
+    at_rest = np.zeros(problem.nuisance_count)
+    zeta = own.causes["permanent_set"].at_strength()
     noise = own.errors.noise * np.random.default_rng(SEED).standard_normal(len(rubs))
 
     def decided(change: np.ndarray, curves: np.ndarray | None) -> Decision:
         read = replace(problem, value=problem.base + change + noise, curves=curves)
         return decide(search(read, np.random.default_rng(SEED)))
 
-    yields = decided(seen.change("permanent_set", zeta), problem.curves)
+    yields = decided(problem.change("permanent_set", at_rest, zeta), problem.curves)
     assert (yields.first, yields.by_shape) == (("permanent_set",), False)
     assert yields.probability > 0.9
     claimed = decided(np.array(rubs), None)

@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Visibility
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Unknown, cause, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import read
@@ -72,7 +72,7 @@ def diagnosed(value: np.ndarray, changes: Mapping[str, np.ndarray] = CHANGES) ->
         told = np.column_stack([plain, slopes])
         runs.append(((name,), Tangents(np.r_[u, own][None], told[None])))
     problem = problem.beside(runs)
-    errors = SimpleNamespace(noise=np.full(len(X), NOISE), shared=())
+    errors = SimpleNamespace(noise=np.full(len(X), NOISE))
     analysis = SimpleNamespace(
         problem=problem, causes=causes, errors=errors, unseen=("mullins",), closed_form=False,
         applied=config,
@@ -140,7 +140,7 @@ def test_a_further_measurement_is_weighed_where_nothing_is_named(
         return [[(r, np.zeros((2, len(fit.zeta)))) for r, fit in zip(read, fits, strict=True)]]
 
     found.analysis.expected = expected
-    found.analysis.covariances = lambda test, readings: (np.zeros((2, 2)), np.zeros((len(X), 2)))
+    found.analysis.covariance = lambda test, readings: np.zeros((2, 2))
     monkeypatch.setattr(settling, "proposals", lambda measurement, config: [pull])
     monkeypatch.setattr(settling, "shows_memory", lambda *measurements: True)
     weighed, failed = settled_by(found, print, simulating=True)
@@ -171,9 +171,9 @@ def test_what_cannot_be_seen_is_told_by_what_hides_it() -> None:
     # reference: the length of the change by the noise
     expected = np.linalg.norm(CHANGES["base_layer_offset"]) / NOISE
     problem, name = found.analysis.problem, "base_layer_offset"
-    seen = Visibility(problem, found.none.zeta[: problem.nuisance_count])
-    zeta = found.analysis.causes[name].at_strength(found.analysis.causes[name].box())
-    alone, _ = _taken(found.analysis, seen, seen.change(name, zeta))
+    own = found.none.zeta[: problem.nuisance_count]
+    zeta = found.analysis.causes[name].at_strength()
+    alone, _ = _taken(found.analysis, own, problem.change(name, own, zeta))
     assert alone == pytest.approx(expected, rel=0.05)
     assert hidden["plate_tilt"] == ()
     assert hidden["mullins"] == ()
@@ -187,7 +187,11 @@ def test_each_number_of_the_rig_is_read_by_a_check(tmp_path: Path) -> None:
     measurement = read([written(tmp_path, csv, told)], Config())
     solid, linear = rig_numbers(measurement, Config())
     reads = {
-        name: [each.name for each in checks(Config()) if each.read({number.key: 1.0}).any()]
+        name: [
+            check.name
+            for check in checks(Config())
+            if any(number.key in reading.numbers for reading in check.readings)
+        ]
         for number in (*solid, *linear)
         for name in number.names
     }
@@ -214,6 +218,6 @@ def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
             shape_number(MASS, config.changed(finger={name: middle + way * step}), ())[0]
             for way in (1, -1)
         )
-        print(key, weigh.read({by: 1.0})[0], (more - less) / (2 * step))
-        assert weigh.read({by: 1.0})[0] == pytest.approx((more - less) / (2 * step), rel=0.02)
+        print(key, weigh.readings[0].numbers[by], (more - less) / (2 * step))
+        assert weigh.readings[0].numbers[by] == pytest.approx((more - less) / (2 * step), rel=0.02)
     assert weigh.std[0] == pytest.approx(0.01 * shape_number(MASS, config, ())[0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,8 +23,10 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, shows_memory
 from dolfingrip.files.diagnosis import NextExperiment, PlannedTest
+from dolfingrip.sections.procedure import ExperimentSettings
 
 SEED = 4
+ONCE, TWICE = ExperimentSettings(), ExperimentSettings(cycles=2)
 STD = 0.02
 LAWS = {1: 1.0, 4: 0.2}
 """Numbers of terms, and the standard deviations of their sizes by their priors."""
@@ -108,7 +109,7 @@ def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance:
 
     test = PlannedTest(experiment="coupon", specimen="A", control="displacement_mm", read=(),
                        branch=(), cycle=(), time_s=(), value=())  # fmt: skip
-    measurement = pulled([("loading", 1)], 0.5, x[1:])
+    measurement = pulled(ONCE, 0.5, x[1:])
     addition: Any = SimpleNamespace(
         name="more", minutes=15.0, tests=(test,), quantities=(), columns=["force_N"] * 15
     )
@@ -117,7 +118,7 @@ def test_laws_are_told_apart_by_a_hundredth(reach: float, elastic: bool, chance:
         measurement, noise, np.diag(noise**2), np.array([0.6, 0.4]), laws(x),
         elastic=frozenset({"yeoh", "ogden"} if elastic else ()),
     )  # fmt: skip
-    weighed = comparison.worth(addition, laws(more), np.diag(noise**2), 0.0, 0.0)
+    weighed = comparison.worth(addition, laws(more), np.diag(noise**2))
     assert weighed.chance == pytest.approx(chance)
 
 
@@ -136,11 +137,11 @@ def test_what_another_specimen_may_do_tells_no_law(shared: float, chance: float)
     )
     noise = 1e-5 * np.ones(15)
     comparison = Comparison(
-        pulled([("loading", 1)], 0.5, x[1:]), noise, np.diag(noise**2), np.array([0.6, 0.4]),
+        pulled(ONCE, 0.5, x[1:]), noise, np.diag(noise**2), np.array([0.6, 0.4]),
         laws(0.0), elastic=frozenset({"yeoh", "ogden"}),
     )  # fmt: skip
     between = shared**2 * np.outer(x**2, x**2)
-    weighed = comparison.worth(addition, laws(0.1), np.diag(noise**2), between, 0.0)
+    weighed = comparison.worth(addition, laws(0.1), np.diag(noise**2), between)
     assert weighed.chance == pytest.approx(chance)
 
 
@@ -163,7 +164,7 @@ def test_the_quickest_way_to_a_split_comes_first() -> None:
 
 
 def pulled(
-    way: Sequence[tuple[str, int]], rate_mm_per_s: float, travel_mm: Any = (4.0, 8.0)
+    way: ExperimentSettings, rate_mm_per_s: float, travel_mm: Any = (4.0, 8.0)
 ) -> Measurement:
     """A coupon's readings to be."""
     test = SpecimenTest(0, Path("coupon.csv"), "coupon", "A", LabSetup())
@@ -173,13 +174,12 @@ def pulled(
 
 def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
     """A Prony series, fitted anew, follows an elastic law's loading."""
-    once = [("loading", 1)]
-    known = pulled(once, 0.5)
-    assert not shows_memory(known, pulled(once, 0.5))
-    assert shows_memory(known, pulled(once, 0.05))
-    assert shows_memory(known, pulled([*once, ("unloading", 1)], 0.5))
-    assert shows_memory(known, pulled([*once, ("hold", 1)], 0.5))
-    assert shows_memory(pulled(rig.cycles(2), 0.5), known)
+    known = pulled(ONCE, 0.5)
+    assert not shows_memory(known, pulled(ONCE, 0.5))
+    assert shows_memory(known, pulled(ONCE, 0.05))
+    assert shows_memory(known, pulled(ExperimentSettings(unload=True), 0.5))
+    assert shows_memory(known, pulled(ExperimentSettings(hold_s=60.0), 0.5))
+    assert shows_memory(pulled(TWICE, 0.5), known)
 
 
 def test_no_elastic_law_rivals_what_free_bending_does_not_feel() -> None:
@@ -188,10 +188,10 @@ def test_no_elastic_law_rivals_what_free_bending_does_not_feel() -> None:
     blocked = loaded("blocked_force")
     assert told_by_shape(names, blocked) == {"prony", "plate_friction"}
     assert told_by_shape(names, loaded("bending", "blocked_force")) == {"prony"}
-    assert not told_by_shape(names, loaded("bending", way=rig.cycles(2)))
+    assert not told_by_shape(names, loaded("bending", way=TWICE))
 
 
-def loaded(*experiments: str, way: Sequence[tuple[str, int]] = (("loading", 1),)) -> Measurement:
+def loaded(*experiments: str, way: ExperimentSettings = ONCE) -> Measurement:
     """A finger's readings to be."""
     tests = [
         SpecimenTest(i, Path("lab.csv"), name, "A", LabSetup())

@@ -69,13 +69,6 @@ class NumberCheck:
         """Standard deviation of each reading, shape (m,)."""
         return np.array([reading.std for reading in self.readings])
 
-    def read(self, values: Mapping[str, float]) -> np.ndarray:
-        """Readings, or derivatives of them, from those of the numbers; shape (m,)."""
-        return np.array([
-            sum(by * values.get(key, 0.0) for key, by in reading.numbers.items())
-            for reading in self.readings
-        ])  # fmt: skip
-
 
 def coupon_check(policy: Policy, factor: float = 1.0) -> NumberCheck:
     """The modulus by a coupon of another print.

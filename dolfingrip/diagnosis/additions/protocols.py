@@ -18,12 +18,13 @@ from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.simulated import moves
 from dolfingrip.files.diagnosis import PlannedTest
+from dolfingrip.sections.procedure import ExperimentSettings
 
 STOPS: Final = 10
 """Readings of a ramp."""
 
-Way = Sequence[tuple[str, int]]
-"""Branches, each with the number of its cycle."""
+LOADING: Final = ExperimentSettings()
+UNLOADED: Final = ExperimentSettings(unload=True)
 
 
 @dataclass(frozen=True)
@@ -123,12 +124,12 @@ def _of_finger(measurement: Measurement, test: SpecimenTest, config: Config) -> 
     rows, policy = measurement.rows(test.number), measurement.policy
     top, rate = _top(rows, test, policy), _rate(measurement, test, config)
     reading = (FORCE if test.experiment == "blocked_force" else ANGLE).name
-    cycle, loading = rig.cycles(1), [("loading", 1)]
+    often, held = _repeated(policy), _held(policy)
     ways = [
-        ("unloading", "unloading after the loading", cycle, rate),
-        ("cycles", "three cycles, loading and unloading", rig.cycles(policy.cycles), rate),
-        ("slow_cycle", "a cycle at a tenth of the rate", cycle, rate / 10),
-        ("hold", "a hold of 60 s at the highest pressure", [*loading, ("hold", 1)], rate),
+        ("unloading", "unloading after the loading", UNLOADED, rate),
+        ("cycles", "three cycles, loading and unloading", often, rate),
+        ("slow_cycle", "a cycle at a tenth of the rate", UNLOADED, rate / 10),
+        ("hold", "a hold of 60 s at the highest pressure", held, rate),
     ]
     additions = [
         _proposal(kind, name, ["ramp"], [test], way, top, pace, [reading], policy)
@@ -147,7 +148,7 @@ def _of_finger(measurement: Measurement, test: SpecimenTest, config: Config) -> 
         gap_mm = blocked.applied(config).plate.gap_mm + 2
         away = _with(blocked, "plate", {"gap_mm": gap_mm})
         name, high = f"the blocked force at a gap of {gap_mm:g} mm", _top(table, blocked, policy)
-        additions.append(_proposal("gap", name, ["plate"], [away], loading, high, rate,
+        additions.append(_proposal("gap", name, ["plate"], [away], LOADING, high, rate,
                                [FORCE.name], policy))  # fmt: skip
     if test.experiment == "bending":
         weight, name = STANDARD_GRAVITY_m_s2, "free bending with the tip up and with the tip down"
@@ -157,7 +158,7 @@ def _of_finger(measurement: Measurement, test: SpecimenTest, config: Config) -> 
         ]
         additions.append(
             _proposal(
-                "orientation", name, ["plate"], poses, loading, top, rate, [ANGLE.name], policy
+                "orientation", name, ["plate"], poses, LOADING, top, rate, [ANGLE.name], policy
             )
         )
     return additions
@@ -172,10 +173,15 @@ def _coupons(
     usual = coupon.rate_mm_per_s if new else _rate(measurement, test, config)
     # where a width was measured the camera stands there
     seen = not new and measurement.rows(test.number)[TRANSVERSE_STRAIN.name].notna().any()
-    once, held = [("loading", 1)], [("loading", 1), ("hold", 1)]
+    held = _held(measurement.policy)
 
     def pulled(
-        name: str, way: Way, rate: float = usual, by: float = 1.0, *, width: bool = False
+        name: str,
+        way: ExperimentSettings = LOADING,
+        rate: float = usual,
+        by: float = 1.0,
+        *,
+        width: bool = False,
     ) -> Proposal:
         far = _with(test, "coupon", {"max_strain": by * coupon.max_strain})
         # laws whose forces agree may differ in how far the volume changes, which the width tells
@@ -190,26 +196,35 @@ def _coupons(
 
     name = "a coupon in uniaxial tension"
     additions = [
-        *([pulled(name, once)] if new else []),
-        pulled("a coupon at a tenth of the rate", once, usual / 10),
+        *([pulled(name)] if new else []),
+        pulled("a coupon at a tenth of the rate", rate=usual / 10),
         pulled("a coupon with a hold of 60 s at the largest strain", held),
-        pulled("a coupon, loading and unloading", rig.cycles(1)),
-        pulled("a coupon, three cycles", rig.cycles(measurement.policy.cycles)),
-        *([] if seen else [pulled(name, once, width=True)]),
+        pulled("a coupon, loading and unloading", UNLOADED),
+        pulled("a coupon, three cycles", _repeated(measurement.policy)),
+        *([] if seen else [pulled(name, width=True)]),
     ]
     if new:
         return additions
     # a coupon that is compared so far, too
     farther = measurement.policy.farther
     strain = f"a strain of {farther * coupon.max_strain:g}"
+    back = held.model_copy(update={"unload": True})
     for name, way in (
-        (f"a coupon to {strain}", once),
-        (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
+        (f"a coupon to {strain}", LOADING),
+        (f"a coupon to {strain}, a hold of 60 s there, and unloading", back),
     ):
         additions.append(pulled(name, way, by=farther))
         if not seen:
             additions.append(pulled(name, way, by=farther, width=True))
     return additions
+
+
+def _repeated(policy: Policy) -> ExperimentSettings:
+    return ExperimentSettings(cycles=policy.cycles)
+
+
+def _held(policy: Policy) -> ExperimentSettings:
+    return ExperimentSettings(hold_s=60.0, hold_readings=policy.few)
 
 
 def _with(test: SpecimenTest, section: str, values: Mapping[str, Any]) -> SpecimenTest:
@@ -235,7 +250,7 @@ def _proposal(
     name: str,
     mounted: Sequence[str],
     tests: Sequence[SpecimenTest],
-    way: Way,
+    way: ExperimentSettings,
     top: float,
     rate: float,
     columns: Sequence[str],
@@ -243,9 +258,7 @@ def _proposal(
 ) -> Proposal:
     planned = [replace(test, number=i) for i, test in enumerate(tests)]
     ramp = top * np.arange(1, STOPS + 1) / STOPS
-    rows = [
-        rig.planned_rows(t, way, ramp, rate, columns, readings_of_wait=policy.few) for t in planned
-    ]
+    rows = [rig.planned_rows(test, way, ramp, rate, columns) for test in planned]
     minutes = sum(policy.set_up_min[part] for part in mounted)
     minutes += sum(float(table["time_s"].max()) for table in rows) / 60
     every_row = pd.concat(rows, ignore_index=True)

@@ -26,7 +26,7 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.checks import NumberCheck
@@ -109,19 +109,40 @@ class Expected:
         columns = np.full(len(covariance), "all") if columns is None else columns
         shown = columns != ""
         by = np.column_stack([largest(true.readings[shown], columns[shown]) for true in fits])
+        true_readings = np.column_stack([true.readings for true in fits])
         for j, other in enumerate(fits):
-            lower = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
-            off = np.column_stack([true.readings - other.readings for true in fits])
-            stays = (alone[:, None] ** 2 * cho_solve((lower, True), off))[shown]
-            missed[:, j] = np.sqrt(np.square(stays / by).mean(axis=0))
-            pull = (other.slopes @ other.zeta)[:, None]
-            white = solve_triangular(lower, np.hstack([off, off + pull, factor]), lower=True)
-            off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
-            misfit[:, j] = 0.5 * off
-            evidence[:, j] = -0.5 * (2 * np.log(np.diag(lower)).sum() + scatter.sum() + left)
+            left, evidence[:, j] = expected_evidence(other, covariance, covariance, true_readings)
+            off = true_readings - other.readings[:, None]
+            missed[:, j] = np.sqrt(np.square((alone[:, None] ** 2 * left)[shown] / by).mean(axis=0))
+            misfit[:, j] = 0.5 * (off * left).sum(axis=0)
             more = np.array([true.acting < other.acting for true in fits])
             nothing[:, j] = more & (_room(other, factor, size) < least)
         return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing, missed)
+
+
+def expected_evidence(
+    rival: Rival, covariance: np.ndarray, scatter: np.ndarray, readings: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Evidence for a hypothesis that is expected where readings are those of others.
+
+    All that it fits is linear about its numbers.
+
+    Args:
+        rival: the hypothesis.
+        covariance: that it has for the readings, shape (n, n).
+        scatter: that they have about what is expected of them, shape (n, n).
+        readings: that are expected, shape (n, places).
+
+    Returns:
+        What it leaves of them by its whole covariance's inverse, (n, places), and ln p(y) but for
+        a constant, (places,).
+    """
+    total = cho_factor(covariance + rival.slopes @ rival.slopes.T, lower=True)
+    off = readings - rival.readings[:, None]
+    from_prior = off + (rival.slopes @ rival.zeta)[:, None]
+    pulled = (from_prior * cho_solve(total, from_prior)).sum(axis=0)
+    volume = 2 * np.log(np.diag(total[0])).sum() + np.trace(cho_solve(total, scatter))
+    return cho_solve(total, off), -0.5 * (volume + pulled)
 
 
 def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
@@ -242,8 +263,7 @@ class Comparison:
         addition: Proposal | NumberCheck,
         after: Sequence[Rival],
         errors: np.ndarray,
-        shared: float | np.ndarray,
-        cross: float | np.ndarray,
+        others: float | np.ndarray = 0.0,
         unseen: bool | np.ndarray = False,
     ) -> NextExperiment:
         """Weigh what an addition tells by the time that it takes.
@@ -252,14 +272,11 @@ class Comparison:
             addition: what is measured.
             after: each hypothesis at the addition's m readings.
             errors: covariance of these readings by what no other shares, shape (m, m).
-            shared: that by all else, shape (m, m).
-            cross: covariance of the readings so far and these, shape (n, m).
+            others: that by all else that no hypothesis fits, shape (m, m).
             unseen: pairs that differ in what the readings do not show, shape (effects, effects);
                 one value for all pairs will do.
         """
-        between = np.zeros((len(self.covariance), len(errors)))
-        between[: len(self.noise)] = cross
-        joint = np.block([[self.covariance, between], [between.T, errors + shared]])
+        joint = block_diag(self.covariance, errors + others)
         together = [
             replace(
                 a,

@@ -20,7 +20,6 @@ from dolfingrip.diagnosis.core.evidence import (
     InferenceProblem,
     MapFit,
     Subset,
-    Visibility,
     taken,
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
@@ -110,6 +109,8 @@ class Analysis[S: Simulator]:
             return None
         every = Individual(self.measurement, errors.covariance, errors.along, errors.signal)
         alike = errors.covariance - every.apart(errors.scatter.scale, errors.scatter.shape)
+        sizes = [artefact.nuisance.change for artefact in errors.artefacts]
+        alike += sum(np.outer(change, change) for change in sizes)
         some = np.arange(
             0, len(errors.signal), -(-len(errors.signal) // self.measurement.policy.some_readings)
         )
@@ -138,8 +139,12 @@ class Analysis[S: Simulator]:
         Args:
             artefacts: that the readings have.
         """
-        errors = self.errors.beside(artefacts)
-        problem = replace(self.problem, covariance=errors.covariance)
+        problem, sizes = self.problem, [artefact.nuisance for artefact in artefacts]
+        problem = replace(
+            problem, always=(*problem.always, *(size.unknown for size in sizes)),
+            linear=np.column_stack([problem.linear, *(size.change for size in sizes)]),
+        )  # fmt: skip
+        errors = replace(self.errors, artefacts=(*self.errors.artefacts, *artefacts))
         return replace(self, errors=errors, problem=problem)
 
     # -- a fit as a configuration -----------------------------------------------------------------
@@ -169,24 +174,16 @@ class Analysis[S: Simulator]:
 
     # -- what is linear ---------------------------------------------------------------------------
 
-    def left(self, fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual of an exact simulation at a fit, by C⁻¹ and itself, (n,) each."""
-        residual = self.problem.value - self.exact(fit)
-        return self.problem.levels[fit.level].weighed(residual), residual
-
     def fitted(self, fit: MapFit) -> np.ndarray:
-        """(n,) exact readings at a fit, with the rig's numbers and the specimens' own as fitted."""
-        weighed, residual = self.left(fit)
-        return np.asarray(self.problem.value - residual + self.errors.fitted @ weighed)
+        """(n,) exact readings at a fit, with the specimens' own numbers as fitted."""
+        exact = self.exact(fit)
+        weighed = self.problem.levels[fit.level].weighed(self.problem.value - exact)
+        return np.asarray(exact + self.errors.individual @ weighed)
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """The most probable numbers of the rig at a fit, by their standard deviations."""
-        always = zip(self.problem.always, map(float, fit.zeta), strict=False)
-        weighed, _ = self.left(fit)
-        return {
-            **{number.told_as: zeta for number, zeta in always},
-            **{shared.name: float(shared.change @ weighed) for shared in self.errors.shared},
-        }
+        numbers = zip(self.problem.always, map(float, fit.zeta), strict=False)
+        return {number.told_as: zeta for number, zeta in numbers}
 
     # -- exact simulations ------------------------------------------------------------------------
 
@@ -260,28 +257,20 @@ class Analysis[S: Simulator]:
             slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
         return columns[:, 0], slopes
 
-    def covariances(
-        self, addition: Proposal, readings: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return covariances by nuisances of an addition: (m, m), with the readings so far (n, m).
+    def covariance(self, addition: Proposal, readings: np.ndarray) -> np.ndarray:
+        """(m, m) covariance of an addition by what no hypothesis fits so far.
 
         Args:
             addition: what may be measured.
             readings: (m,) that are expected.
         """
-        m = len(readings)
-        shared, cross = np.zeros((m, m)), np.zeros((len(self.problem.value), m))
-        if self.closed_form:  # a new coupon is another specimen
-            scatter = self.errors.scatter
-            stiff = max(scatter.scale, scatter.prior_scale) * readings
-            shared += np.outer(stiff, stiff)
-        by_name = {nuisance.name: nuisance.change for nuisance in self.errors.shared}
-        fitted = {number.told_as for number in self.problem.always}
-        for nuisance in self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh):
-            if nuisance.name not in fitted:
-                shared += np.outer(nuisance.change, nuisance.change)
-                cross += np.outer(by_name.get(nuisance.name, np.zeros(len(cross))), nuisance.change)
-        return shared, cross
+        scatter, fitted = self.errors.scatter, {number.told_as for number in self.problem.always}
+        # a new coupon is another specimen
+        stiff = max(scatter.scale, scatter.prior_scale) if self.closed_form else 0.0
+        anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
+        changes = [number.change for number in anew if number.name not in fitted]
+        every = np.column_stack([stiff * readings, *changes])
+        return np.asarray(every @ every.T)
 
 
 def remembers_state(name: str) -> bool:
@@ -341,27 +330,25 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
         itself.
     """
     problem = analysis.problem
-    seen = Visibility(problem, none.zeta[: problem.nuisance_count])
+    own = none.zeta[: problem.nuisance_count]
     hidden: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
-        zeta = cause.at_strength(cause.box())
-        if seen.strength(name, zeta) < problem.policy.visible:
-            _, hidden[name] = _taken(analysis, seen, seen.change(name, zeta))
+        zeta = cause.at_strength()
+        if problem.strength(name, own, zeta) < problem.policy.visible:
+            _, hidden[name] = _taken(analysis, own, problem.change(name, own, zeta))
     return hidden
 
 
 def _taken(
-    analysis: Analysis, seen: Visibility, change: np.ndarray
+    analysis: Analysis, own: np.ndarray, change: np.ndarray
 ) -> tuple[float, tuple[str, ...]]:
     """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
     noise = analysis.errors.noise
     alone = float(np.linalg.norm(change / noise))
     if alone < analysis.problem.policy.visible:
         return alone, ()
-    always, shared = analysis.problem.always, analysis.errors.shared
+    always, columns = analysis.problem.always, analysis.problem.slopes(NONE, own) / noise[:, None]
     names = [number.names[0] if number.names else number.key for number in always]
-    names += [other.name for other in shared]
-    columns = np.column_stack([seen.own, *(other.change for other in shared)]) / noise[:, None]
     parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
     order = np.argsort(parts)[::-1]
     return alone, tuple(names[i] for i in order if parts[i] >= 0.5 * parts.max())
@@ -389,11 +376,11 @@ def alternatives(
         if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
         fit, count = fits[subset, 0.0], problem.nuisance_count
-        seen = Visibility(problem, fit.zeta[:count])
-        change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
+        own = fit.zeta[:count]
+        change = problem.change(*subset, own, fit.zeta[count:])
         more = _room(analysis, fit, change)
         more_of_readings = problem.slopes(subset, fit.zeta)[:, count:] @ more[count:]
-        alone, behind = _taken(analysis, seen, change + more_of_readings)
+        alone, behind = _taken(analysis, own, change + more_of_readings)
         if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             possible.append(Alternative(fit, factor, behind, stronger))

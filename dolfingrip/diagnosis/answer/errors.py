@@ -6,7 +6,6 @@ Noise (:mod:`.noise`), the rig, the mesh, specimens (:mod:`.specimens`), artefac
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -39,7 +38,7 @@ class Errors:
         steep: derivatives of a smooth curve through the readings by the control, shape (n,).
         along: where the readings lie, for a discrepancy that all specimens share.
         signal: a smooth curve through the readings, shape (n,).
-        shared: numbers of the rig.
+        rig: its numbers, which every hypothesis fits.
         scatter: of the specimens.
         sources: of noises that the laboratory does not tell.
         artefacts: of instruments, whose sizes are numbers of the rig, too.
@@ -51,47 +50,15 @@ class Errors:
     steep: np.ndarray
     along: Along
     signal: np.ndarray
-    shared: tuple[Nuisance, ...]
+    rig: tuple[Nuisance, ...]
     scatter: Scatter
     sources: tuple[NoiseSource, ...]
     artefacts: tuple[Artefact, ...] = ()
 
     @cached_property
-    def fitted(self) -> np.ndarray:
-        """(n, n) covariance of what a fit gives the rig, the mesh and each specimen."""
-        return self.individual + together(self.shared)
-
-    @cached_property
     def covariance(self) -> np.ndarray:
-        """(n, n) covariance of all of it."""
-        return self.unfitted + self.fitted
-
-    def without(self, names: Collection[str]) -> Errors:
-        """Return them without numbers of the rig, which hypotheses fit.
-
-        Args:
-            names: of the numbers.
-        """
-        return replace(self, shared=tuple(n for n in self.shared if n.name not in names))
-
-    def beside(self, artefacts: Sequence[Artefact]) -> Errors:
-        """Return them with artefacts of instruments, whose sizes are numbers of the rig.
-
-        Args:
-            artefacts: that the readings have.
-        """
-        sizes = (artefact.nuisance for artefact in artefacts)
-        return replace(self, shared=(*self.shared, *sizes), artefacts=(*self.artefacts, *artefacts))
-
-
-def together(nuisances: Sequence[Nuisance]) -> np.ndarray:
-    """(n, n) covariance by some numbers of the rig; 0 without any.
-
-    Args:
-        nuisances: the numbers.
-    """
-    changes = np.array([nuisance.change for nuisance in nuisances])
-    return np.asarray(changes.T @ changes) if len(changes) else np.zeros((1, 1))
+        """(n, n) covariance of all but the rig's numbers."""
+        return self.unfitted + self.individual
 
 
 def errors_of(simulation: Simulator) -> Errors:
@@ -138,7 +105,7 @@ def errors_of(simulation: Simulator) -> Errors:
         + drifting(listed, instrument)
         + np.outer(gauge, gauge) * (row[:, None] == row)
     )
-    alike = read + individual + together(shared)
+    alike = read + individual + sum(np.outer(n.change, n.change) for n in shared)
     scatter, stiff, shape = between(measurement, alike, along, signal)
     return Errors(
         read + shape, individual + stiff, np.sqrt(np.diag(read)), steep, along, signal,

@@ -20,7 +20,6 @@ from dolfingrip.diagnosis.data.measurement import shows_memory
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.files.diagnosis import Advice, NextExperiment, Way
 from dolfingrip.jobs.run import Say
-from dolfingrip.parameter.nuisances import changes
 
 
 def settled_by(
@@ -126,36 +125,27 @@ def _tested(
         count = min(slopes.shape[1], analysis.problem.nuisance_count)
         alike[:, :count] = slopes[:, :count]
         after.append(_rival(analysis, fit, *simulated.get(id(fit), (readings, alike))))
-    shared, cross = analysis.covariances(proposal, after[0].readings)
+    others = analysis.covariance(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew
     seen = shows_memory(analysis.measurement, proposal.measurement)
     remembers = np.array([any(map(remembers_state, rival.acting)) for rival in after])
     unseen = (remembers[:, None] != remembers) & (not seen)
     errors = comparison.errors(proposal, after[0].readings)
-    return comparison.worth(proposal, after, errors, shared, cross, unseen)
+    return comparison.worth(proposal, after, errors, others, unseen)
 
 
 def _checked(
     analysis: Analysis, comparison: Comparison, check: NumberCheck, fits: Sequence[MapFit]
 ) -> NextExperiment | None:
     """Weigh a check of single numbers; None where no hypothesis is about any of them."""
-    after = [_checked_rival(analysis, check, fit) for fit in fits]
+    unknowns = analysis.problem.unknowns
+    after = [
+        _rival(analysis, fit, *expected(check.readings, unknowns(fit.subset), fit.zeta))
+        for fit in fits
+    ]
     if not any(rival.slopes.any() for rival in after):
         return None
-    errors = np.diag(np.square(check.std))
-    shared = np.zeros_like(errors)
-    cross = np.zeros((len(analysis.problem.value), len(check.std)))
-    for nuisance in analysis.errors.shared:
-        read = check.read(changes(analysis.applied, nuisance.name, nuisance.std))
-        shared += np.outer(read, read)
-        cross += np.outer(nuisance.change, read)
-    return comparison.worth(check, after, errors, shared, cross)
-
-
-def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival:
-    """A hypothesis at the readings of a check, by how far its numbers are from doing nothing."""
-    unknowns = analysis.problem.unknowns(fit.subset)
-    return _rival(analysis, fit, *expected(check.readings, unknowns, fit.zeta))
+    return comparison.worth(check, after, np.diag(np.square(check.std)))
 
 
 def advice(diagnosis: Diagnosis) -> Advice | None:

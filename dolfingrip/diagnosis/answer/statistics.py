@@ -22,7 +22,7 @@ from dolfingrip.files.diagnosis import (
     RigNumber,
 )
 from dolfingrip.parameter import find, named
-from dolfingrip.parameter.nuisances import WALL, modulus_keys
+from dolfingrip.parameter.nuisances import SPECIMEN, WALL, modulus_keys
 from dolfingrip.sections.units import unit
 
 # -- numbers ---------------------------------------------------------------------------------------
@@ -45,8 +45,9 @@ def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
         for modulus in find(model, modulus_keys(model))
     ]
     always = [
-        (_part(number.told_as), number, place) for place, number in enumerate(problem.always[1:], 1)
-    ]
+        (_part(number.told_as), number, place)
+        for place, number in enumerate(problem.always) if place and number.role == "always"
+    ]  # fmt: skip
     of_causes = [(cause.name, number, place) for cause, number, place in analysis.numbers(fit)]
     for part, number, place in [*always, *of_causes]:
         scale = factor if number.modulus else 1.0
@@ -108,23 +109,15 @@ def rig_numbers(
         fit: a hypothesis.
         deviations: of the numbers, by their standard deviations, by name.
     """
-    problem, errors = analysis.problem, analysis.errors
-    artefacts = {artefact.nuisance.name for artefact in errors.artefacts}
-    changes = [
-        (shared.unknown, deviations[shared.name] * shared.change)
-        for shared in errors.shared
-        if shared.std
-        and not shared.name.startswith("specimen_scale")
-        and shared.name not in artefacts
-    ]
+    problem, errors, listed = analysis.problem, analysis.errors, []
+    others = {WALL, *(artefact.nuisance.name for artefact in errors.artefacts)}
     here = problem.predicted(fit.subset, fit.zeta)
     for place, number in enumerate(problem.always):
-        if place and number.told_as != WALL:
-            as_told = np.where(np.arange(len(fit.zeta)) == place, 0.0, fit.zeta)
-            changes.append((number, here - problem.predicted(fit.subset, as_told)))
-    listed = []
-    for number, change in changes:
         name = number.told_as
+        if not place or name in others or name.startswith(SPECIMEN):
+            continue
+        as_told = np.where(np.arange(len(fit.zeta)) == place, 0.0, fit.zeta)
+        change = here - problem.predicted(fit.subset, as_told)
         text = number.unit or (named(name).unit if "." in name else unit(name))
         # a number of the configuration is absolute, all others without a unit are relative
         size, text = (1.0, text) if text or "." in name else (100.0, "%")

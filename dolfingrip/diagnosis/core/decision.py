@@ -19,7 +19,6 @@ from dolfingrip.diagnosis.core.evidence import (
     InferenceProblem,
     MapFit,
     Subset,
-    Visibility,
     mixture,
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior
@@ -260,9 +259,8 @@ def _laws_alike(posterior: ModelPosterior) -> tuple[str, ...]:
         if len(laws) != 1 or fit.level > 0 or fit.subset != problem.causes(fit.subset):
             continue
         (law,) = laws
-        change = Visibility(problem, fit.zeta[: problem.nuisance_count]).change(
-            law, fit.zeta[problem.places(fit.subset)[law]]
-        )
+        count = problem.nuisance_count
+        change = problem.change(law, fit.zeta[:count], fit.zeta[count:])
         much = problem.share(change) > LAW_MISSES
         if much and problem.share(problem.left(fit.subset, fit.zeta)) <= LAW_MISSES:
             likely[law] = max(p, likely.get(law, 0.0))

@@ -17,7 +17,6 @@ How strongly readings feel a cause is told with the model's own numbers left fre
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import batched, chain, pairwise
@@ -195,20 +194,11 @@ class InferenceProblem:
             missed = self.policy.matters
             noise = np.append(self.noise, self.told_std)
             blends[causes] = TangentBlend.of(numbers, alone, noise, length, missed)
-        self._hand_on(problem)
         return problem
-
-    def _hand_on(self, other: InferenceProblem) -> None:
-        """Give another problem of the same readings what is whitened already."""
-        if "levels" in vars(self):
-            levels = {k: CovarianceModel(other, k, model) for k, model in self.levels.items()}
-            vars(other)["levels"] = levels
 
     def without(self, causes: Subset) -> InferenceProblem:
         """The problem in which a set of causes is impossible at its numbers."""
-        problem = replace(self, impossible=self.impossible | {causes})
-        self._hand_on(problem)
-        return problem
+        return replace(self, impossible=self.impossible | {causes})
 
     def _simulated(self, causes: Subset) -> list[Unknown]:
         """Numbers that simulations of some causes are functions of."""
@@ -285,6 +275,18 @@ class InferenceProblem:
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Derivatives of the readings by ζ, shape (n, d)."""
         return self.every_reading(subset, zeta)[1][: len(self.value)]
+
+    def change(self, name: str, own: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+        """Return the change of the readings by a cause at ζ, the model's own numbers at (own,)."""
+        with_it = self.predicted((name,), np.r_[own, zeta])
+        return np.asarray(with_it - self.predicted(NONE, own))
+
+    def strength(self, name: str, own: np.ndarray, zeta: np.ndarray) -> float:
+        """Length of a cause's change, the model's own numbers left free, standard deviations."""
+        with_it, _ = self.every_reading((name,), np.r_[own, zeta])
+        without, slopes = self.every_reading(NONE, own)
+        white, free = map(self.levels[0.0].whitened, (with_it - without, slopes))
+        return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
@@ -370,38 +372,30 @@ class CovarianceModel:
     Attributes:
         problem: the readings.
         level: of the discrepancy.
-        before: that of the same readings with other simulations; None where there is none.
-        log_det: ln|C| + n ln 2π.
     """
 
     problem: InferenceProblem
     level: float
-    before: CovarianceModel | None = None
 
     def __post_init__(self) -> None:
-        problem, before = self.problem, self.before
-        if before is None:
-            total = problem.covariance + self.level**2 * problem.kernel
-            total = scipy.linalg.block_diag(total, np.diag(problem.told_std**2))
-            self._lower = scipy.linalg.cholesky(total, lower=True)
-            first = np.column_stack([problem.every_value, problem.every_linear])
-            self._first = self.whitened(first)
-        else:
-            self._lower, self._first = before._lower, before._first
-        self._white: dict[Subset, np.ndarray] = {
-            causes: self.whitened(blend.columns)
-            if before is None or before.problem.blends.get(causes) is not blend
-            else before._white[causes]
-            for causes, blend in problem.blends.items()
-        }
-        self.before = None
+        problem = self.problem
+        total = problem.covariance + self.level**2 * problem.kernel
+        total = scipy.linalg.block_diag(total, np.diag(problem.told_std**2))
+        self._lower = scipy.linalg.cholesky(total, lower=True)
+
+    @property
+    def log_det(self) -> float:
+        """ln|C| + n ln 2π."""
         log_2_pi = len(self._lower) * float(np.log(2 * np.pi))
-        self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
+        return 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
 
     @cached_property
     def _whitened(self) -> np.ndarray:
         """Z whitened, with one more column of zeros."""
-        return np.column_stack([self._first, *self._white.values(), np.zeros(len(self._first))])
+        problem = self.problem
+        blended = [blend.columns for blend in problem.blends.values()]
+        z = np.column_stack([problem.every_value, problem.every_linear, *blended])
+        return np.pad(self.whitened(z), ((0, 0), (0, 1)))
 
     @cached_property
     def gram(self) -> np.ndarray:
@@ -417,23 +411,9 @@ class CovarianceModel:
         """C⁻¹ r of a residual r, shape (n,)."""
         return np.asarray(scipy.linalg.cho_solve((self._of_first(len(residual)), True), residual))
 
-    def coloured(self, white: np.ndarray) -> np.ndarray:
-        """L white: readings' errors of covariance C from independent ones, shape (n,)."""
-        return np.asarray(self._of_first(len(white)) @ white)
-
     def _of_first(self, count: int) -> np.ndarray:
         """L of so many readings, the first ones."""
         return self._lower[:count, :count]
-
-    def read(self, value: np.ndarray) -> CovarianceModel:
-        """Return the model of other readings y, shape (n,), by the same columns."""
-        other, gram = copy(self), self.gram.copy()
-        other.problem = replace(self.problem, value=value)
-        white = self.whitened(other.problem.every_value)
-        other._whitened = np.column_stack([white, self._whitened[:, 1:]])
-        gram[0] = gram[:, 0] = other._whitened[:, 0] @ other._whitened
-        other.gram = gram
-        return other
 
     def of(self, subset: Subset) -> Hypotheses:
         """A hypothesis under this covariance alone."""
@@ -475,27 +455,6 @@ class _Places:
         """Take others in the place of some."""
         for name, array in vars(self).items():
             array[rows] = getattr(there, name)
-
-
-@dataclass(frozen=True, eq=False)
-class Products:
-    """Products of hypotheses' columns under a covariance each.
-
-    Attributes:
-        gram: G, shape (hypotheses, k, k).
-        log_det: ln|C| + n ln 2π, shape (hypotheses,).
-    """
-
-    gram: np.ndarray
-    log_det: np.ndarray
-
-    def of(self, which: np.ndarray) -> Products:
-        """Return those of some hypotheses.
-
-        Args:
-            which: their places, shape (places,).
-        """
-        return Products(self.gram[which], self.log_det[which])
 
 
 class _Part(NamedTuple):
@@ -623,17 +582,16 @@ class Hypotheses:
             )
         return value, slopes
 
-    def _products(self, level: float, of: np.ndarray, columns: int) -> Products:
-        """Products of some hypotheses' columns, k each, under the covariance of a level.
+    def _products(self, level: float, of: np.ndarray, columns: int) -> np.ndarray:
+        """G of some hypotheses' columns under the covariance of a level, shape (m, k, k).
 
         Args:
             level: of the discrepancy.
             of: the hypotheses, shape (m,).
             columns: k.
         """
-        model, which = self.levels[level], self._columns[of, :columns]
-        gram = model.gram[which[:, :, None], which[:, None]]
-        return Products(gram, np.full(len(of), model.log_det))
+        which = self._columns[of, :columns]
+        return self.levels[level].gram[which[:, :, None], which[:, None]]
 
     def largest(self, level: float) -> np.ndarray:
         """ln of the largest likelihood of any change within the columns of causes, (hypotheses,).
@@ -642,15 +600,15 @@ class Hypotheses:
             level: of the discrepancy.
         """
         hypotheses = np.arange(len(self._place))
-        products = self._products(level, hypotheses, self._columns.shape[1])
-        pull, inner = products.gram[:, 1:, :1], products.gram[:, 1:, 1:].copy()
+        gram = self._products(level, hypotheses, self._columns.shape[1])
+        pull, inner = gram[:, 1:, :1], gram[:, 1:, 1:].copy()
         at = np.arange(inner.shape[1])
         inner[:, at, at] += 1e-9 * inner[:, at, at] + 1e-12
         followed = (pull * np.linalg.solve(inner, pull)).sum(axis=(1, 2))
-        return np.asarray(-0.5 * (products.gram[:, 0, 0] - followed + products.log_det))
+        return np.asarray(-0.5 * (gram[:, 0, 0] - followed + self.levels[level].log_det))
 
-    def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, float]:
-        """bᵀGb of the first hypothesis at many places, shape (places,), and ln|C| + n ln 2π.
+    def misfit(self, zeta: np.ndarray, level: float) -> np.ndarray:
+        """bᵀGb of the first hypothesis at many places, shape (places,).
 
         Args:
             zeta: shape (places, d).
@@ -658,9 +616,8 @@ class Hypotheses:
         """
         columns = self._columns.shape[1]
         b, _ = self._factors(zeta, np.zeros(len(zeta), int), columns)
-        products = self._products(level, np.zeros(1, int), columns)
-        misfit = np.einsum("pi,ij,pj->p", b, products.gram[0], b, optimize=True)
-        return misfit, float(products.log_det[0])
+        (gram,) = self._products(level, np.zeros(1, int), columns)
+        return np.asarray(np.einsum("pi,ij,pj->p", b, gram, b, optimize=True))
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = SETTLED) -> MapFit:
         """The most probable ζ of the first subset from several starts, at the first level.
@@ -702,18 +659,20 @@ class Hypotheses:
         levels = np.array([level for _, level in starts])
         size, columns = int(self._sizes[of].max()), int(self._ends[of].max())
         widths = np.array([self._width(subset, size) for subset, _ in starts])
-        products = Products(np.empty((len(of), columns, columns)), np.empty(len(of)))
+        gram, volume = np.empty((len(of), columns, columns)), np.empty(len(of))
         for level in {*levels.tolist()}:
             at = np.flatnonzero(levels == level)
-            under = self._products(level, of[at], columns)
-            products.gram[at], products.log_det[at] = under.gram, under.log_det
+            gram[at], volume[at] = (
+                self._products(level, of[at], columns),
+                self.levels[level].log_det,
+            )
         counts = [len(places) for places in starts.values()]
         which = np.repeat(np.arange(len(counts)), counts)
         first = np.zeros((len(which), size))
         for place, zeta in enumerate(chain.from_iterable(starts.values())):
             first[place, : len(zeta)] = zeta
-        minima = self._descended(first, which, of, products, widths, settled)
-        log_det = np.linalg.slogdet(minima.hessian)[1]
+        minima = self._descended(first, which, of, gram, widths, settled)
+        volume = volume[which] + np.linalg.slogdet(minima.hessian)[1]
         best, logs, far = [], [], self._policy.unlikely
         for end, count in zip(np.cumsum(counts), counts, strict=True):
             lowest, *others = (
@@ -725,11 +684,11 @@ class Hypotheses:
                 apart = (np.einsum("mi,mij,mj->m", off, minima.hessian[modes], off) > far**2).all()
                 if apart and minima.value[place] < minima.value[lowest] + self._policy.hopeless:
                     modes.append(place)
-            log = -minima.value[modes] - 0.5 * log_det[modes]
+            log = -minima.value[modes] - 0.5 * volume[modes]
             best.append(modes[int(np.argmax(log))])
             logs.append(float(np.logaddexp.reduce(log)))
         strengths = self._strengths(
-            [subset for subset, _ in starts], minima.zeta[best], of, products, widths
+            [subset for subset, _ in starts], minima.zeta[best], of, gram, widths
         )
         return [
             MapFit(
@@ -741,32 +700,29 @@ class Hypotheses:
             )
         ]  # fmt: skip
 
-    def _at(
-        self, zeta: np.ndarray, of: np.ndarray, products: Products, width: np.ndarray
-    ) -> _Places:
-        """−ln of the density of readings and ζ.
+    def _at(self, zeta: np.ndarray, of: np.ndarray, gram: np.ndarray, width: np.ndarray) -> _Places:
+        """−ln of the density of readings and ζ, but for ½ ln|C|.
 
         Args:
             zeta: shape (places, d).
             of: hypothesis of each, shape (places,).
-            products: of each.
+            gram: G of each.
             width: of the priors there, shape (places, d).
         """
-        gram, log_det = products.gram, products.log_det
         b, slopes = self._factors(zeta, of, gram.shape[1])
         prior, precision = self._prior(zeta, self._tail[of, : zeta.shape[1]], width)
         pull = (gram @ b[..., None])[..., 0]
         misfit, along = (b * pull).sum(axis=1), slopes.transpose(0, 2, 1)
         hessian = along @ (gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
         gradient = (along @ pull[..., None])[..., 0] + precision * zeta
-        return _Places(zeta, 0.5 * (misfit + log_det) + prior, gradient, hessian, misfit)
+        return _Places(zeta, 0.5 * misfit + prior, gradient, hessian, misfit)
 
     def _descended(
         self,
         starts: np.ndarray,
         which: np.ndarray,
         of: np.ndarray,
-        products: Products,
+        gram: np.ndarray,
         width: np.ndarray,
         settled: float,
     ) -> _Places:
@@ -780,13 +736,13 @@ class Hypotheses:
             starts: shape (places, d).
             which: fit of each, shape (places,).
             of: hypothesis of each fit.
-            products: of each fit.
+            gram: G of each fit.
             width: of their priors, shape (d,) each.
             settled: ln of probability that the last step gains at most.
         """
         box, longest = self._box[of[which], : starts.shape[1]], self._policy.start
         low, high = box[..., 0], box[..., 1]
-        here = self._at(np.clip(starts, low, high), of[which], products.of(which), width[which])
+        here = self._at(np.clip(starts, low, high), of[which], gram[which], width[which])
         damping, harder = np.full(len(starts), 1e-3), np.full(len(starts), 2.0)
         at, diagonal = np.arange(len(starts)), np.arange(starts.shape[1])
         for _ in range(STEPS):
@@ -806,7 +762,7 @@ class Hypotheses:
             if not len(at):
                 break
             there, fits = np.clip(there, low[at], high[at]), which[at]
-            tried = self._at(there, of[fits], products.of(fits), width[fits])
+            tried = self._at(there, of[fits], gram[fits], width[fits])
             gain = here.value[at] - tried.value
             better, moved = gain > 0, there - here.zeta[at]
             promised = -(here.gradient[at] * moved).sum(axis=1)
@@ -826,18 +782,18 @@ class Hypotheses:
         subsets: Sequence[Subset],
         zeta: np.ndarray,
         of: np.ndarray,
-        products: Products,
+        gram: np.ndarray,
         width: np.ndarray,
     ) -> list[tuple[float, ...]]:
         """Strengths of the names of each subset at its ζ, standard deviations.
 
         The model's own numbers follow a cause's change as far as their priors let them.
         """
-        b, slopes = self._factors(zeta, of, products.gram.shape[1])
+        b, slopes = self._factors(zeta, of, gram.shape[1])
         rig = slice(0, self.problem.nuisance_count)
         free = slopes[..., rig]
         along = free.transpose(0, 2, 1)
-        inner = along @ products.gram @ free + width[:, rig, None] ** -2 * np.eye(rig.stop)
+        inner = along @ gram @ free + width[:, rig, None] ** -2 * np.eye(rig.stop)
         strengths = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
         for part, present in zip(self._parts, self._present[of].T, strict=True):
             if len(part.causes) == 1:
@@ -845,7 +801,7 @@ class Hypotheses:
                 change = np.zeros((len(at), b.shape[1], 1))
                 rows = part.rows[of[at]]
                 np.put_along_axis(change[..., 0], rows, b[at[:, None], rows], axis=1)
-                pull = products.gram[at] @ change
+                pull = gram[at] @ change
                 cross = along[at] @ pull
                 left = (pull * change).sum(axis=(1, 2))
                 left -= (cross * np.linalg.solve(inner[at], cross)).sum(axis=(1, 2))
@@ -862,10 +818,11 @@ class Hypotheses:
         The fit itself where too few of the draws count.
         """
         (low, high), width = self._box[0].T, self._width(fit.subset, len(fit.zeta))
+        log_det = self.levels[fit.level].log_det
 
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
-            misfit, log_det = self.misfit(np.clip(zeta, low, high), fit.level)
+            misfit = self.misfit(np.clip(zeta, low, high), fit.level)
             value = 0.5 * (misfit + log_det) + self._prior(zeta, self._tail[0], width)[0]
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
@@ -873,43 +830,8 @@ class Hypotheses:
         draws = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
         if draws is None:
             return fit
-        weighted = draws.places, draws.weights
-        return replace(fit, log_evidence=draws.log_integral, draws=weighted)
-
-
-@dataclass(frozen=True, eq=False)
-class Visibility:
-    """Changes of the readings by causes.
-
-    Attributes:
-        problem: the readings.
-        at: ζ of the model's own numbers, shape (own,).
-    """
-
-    problem: InferenceProblem
-    at: np.ndarray
-
-    @property
-    def columns(self) -> CovarianceModel:
-        """All columns without a discrepancy."""
-        return self.problem.levels[0.0]
-
-    @cached_property
-    def own(self) -> np.ndarray:
-        """Changes by the model's own numbers, for each standard deviation, shape (n, own)."""
-        return self.problem.slopes(NONE, self.at)
-
-    def change(self, name: str, zeta: np.ndarray) -> np.ndarray:
-        """Return the change of the readings by a cause at ζ, shape (n,)."""
-        with_it = self.problem.predicted((name,), np.r_[self.at, zeta])
-        return np.asarray(with_it - self.problem.predicted(NONE, self.at))
-
-    def strength(self, name: str, zeta: np.ndarray) -> float:
-        """Length of a cause's change, the model's own numbers left free, standard deviations."""
-        with_it, _ = self.problem.every_reading((name,), np.r_[self.at, zeta])
-        without, slopes = self.problem.every_reading(NONE, self.at)
-        white, free = map(self.columns.whitened, (with_it - without, slopes))
-        return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
+        places, weights, integral = draws
+        return replace(fit, log_evidence=integral, draws=(places, weights))
 
 
 def taken(change: np.ndarray, columns: np.ndarray) -> np.ndarray:

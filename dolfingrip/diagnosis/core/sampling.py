@@ -10,7 +10,6 @@ Robert, Scand. J. Stat. 39, 2012).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -26,33 +25,13 @@ EFFECTIVE: Final = 100
 """So many of the draws have to count as if they were alike in weight."""
 
 
-@dataclass(frozen=True, eq=False)
-class Draws:
-    """Weighted draws of a density.
-
-    Attributes:
-        places: shape (draws, d).
-        weights: of each; their sum is 1.
-        log_integral: ln of the density's integral.
-    """
-
-    places: np.ndarray
-    weights: np.ndarray
-    log_integral: float
-
-    @property
-    def effective(self) -> float:
-        """Number of equally weighted draws that tell as much."""
-        return float(1 / (self.weights**2).sum())
-
-
 def drawn(
     log_density: Callable[[np.ndarray], np.ndarray],
     mode: np.ndarray,
     covariance: np.ndarray,
     rng: np.random.Generator,
     policy: Policy = Policy(),
-) -> Draws | None:
+) -> tuple[np.ndarray, np.ndarray, float] | None:
     """Draws until enough of them count and the integral stays; None where too few ever do.
 
     Args:
@@ -61,6 +40,9 @@ def drawn(
         covariance: about the mode, shape (d, d).
         rng: of the draws.
         policy: how many, and from what.
+
+    Returns:
+        The draws, shape (draws, d), their weights, whose sum is 1, and ln of the integral.
     """
     middle, spread = mode, covariance
     proposals, places = [], np.empty((0, len(mode)))
@@ -79,17 +61,17 @@ def drawn(
         if not np.isfinite(log.max()):
             return None
         total = float(logsumexp(log))
-        draws = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        steady = abs(draws.log_integral - before) < policy.exactly
-        if draws.effective >= EFFECTIVE and (steady or draws.effective > len(log) / 2):
-            return draws
-        before, least = draws.log_integral, 2 * len(mode) + 2
+        weights, integral = np.exp(log - total), total - float(np.log(len(log)))
+        alike, steady = 1 / np.square(weights).sum(), abs(integral - before) < policy.exactly
+        if alike >= EFFECTIVE and (steady or alike > len(log) / 2):
+            break
+        before, least = integral, 2 * len(mode) + 2
         if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
             continue
         tempered = _tempered(log, least)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
-    return draws if draws.effective >= EFFECTIVE / 2 else None
+    return (places, weights, integral) if alike >= EFFECTIVE / 2 else None
 
 
 def _tempered(log: np.ndarray, least: int) -> np.ndarray:

@@ -216,51 +216,6 @@ def _log_odds_of_implausible(fit: MapFit, place: int, wide: float, rare: float) 
     return gain - float(np.log(wide)) + float(np.log(rare))
 
 
-def one_at_a_time(
-    every: Mapping[float, CovarianceModel], before: dict[Key, np.ndarray]
-) -> ModelPosterior:
-    """The posterior over none and each single cause, by Laplace's method, each from one start.
-
-    Causes are left out where even their largest likelihood is so far below the best evidence that
-    they together cannot hold what a set of causes may leave out.
-
-    Args:
-        every: all columns under the covariance of each level.
-        before: where fits begin: at the numbers of readings before that were alike; it is updated.
-    """
-    problem = every[0.0].problem
-    policy = problem.policy
-    prior = {level: float(np.log(p)) for level, p in policy.levels.items()}
-    far = float(np.log(len(every) * (1 + len(problem.numbers)) / (1 - policy.credible)))
-    fits: list[MapFit] = []
-    best = -np.inf
-
-    def fitted(subset: Subset, starts: Mapping[float, np.ndarray]) -> None:
-        nonlocal best
-        first = {
-            (subset, level): [before.get((subset, level), start)] for level, start in starts.items()
-        }
-        for key, modes in _fits(every, first, 0.1 * policy.exactly).items():
-            fits.extend(modes)
-            before[key] = modes[0].zeta
-            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in modes))
-
-    fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
-    singles: list[Subset] = [(name,) for name in problem.numbers]
-    hypotheses = Hypotheses.under(every.values(), [NONE, *singles])
-    largest = {level: hypotheses.largest(level)[1:] + prior[level] for level in every}
-    for place in np.argsort(-np.max([*largest.values()], axis=0), kind="stable"):
-        subset = singles[place]
-        alone = {level: float(bounds[place]) for level, bounds in largest.items()}
-        # the share that stays is counted without a discrepancy
-        most = {level: bound if level else max(alone.values()) for level, bound in alone.items()}
-        likely = [level for level, bound in most.items() if bound > best - far]
-        if likely:
-            weak = _starts(problem, subset[0])[0]
-            fitted(subset, {level: np.r_[before[NONE, level], weak] for level in likely})
-    return _weighed(fits, every, None)
-
-
 def pursued(
     posterior: ModelPosterior, columns: np.ndarray, log_prior: np.ndarray, of: np.ndarray
 ) -> list[int]:
@@ -360,7 +315,7 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    (as_reported,), _ = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
+    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
     return ModelPosterior(problem, fits, probability, total, float(as_reported))
 
 

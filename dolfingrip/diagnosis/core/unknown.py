@@ -79,17 +79,16 @@ class Unknown:
         return self.told or self.key
 
     @classmethod
-    def marginal(cls, key: str, std: float, unit: str) -> Unknown:
-        """Make a number that is integrated out, from its standard deviation in a unit."""
-        prior = Prior(0.0, std, "as reported")
+    def marginal(cls, key: str, std: float, unit: str, mean: float = 0.0) -> Unknown:
+        """Make a number that is never far from what was told, from its deviation in a unit."""
+        prior = Prior(mean, std, "as reported")
         return cls(key, prior, -np.inf, np.inf, role="marginal", unit=unit)
 
-    def implausible(self, name: str = "") -> Cause:
-        """Make a cause of the number where it is implausible by its prior, by its key or a name."""
+    def implausible(self) -> Unknown:
+        """Make a number of a cause of it, where it is implausible by its prior."""
         spread = self.prior.wide * self.prior.spread
         prior = replace(self.prior, spread=spread, source="implausible by the prior")
-        number = replace(self, prior=prior, role="candidate", tail=1.0)
-        return Cause(name or self.key, (number,), ())
+        return replace(self, prior=prior, role="candidate", tail=1.0)
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
@@ -341,25 +340,21 @@ class Cause:
             step = number.prior.spread if number.bounds[1] > start else -number.prior.spread
         return start, step
 
-    def at_strength(
-        self, box: np.ndarray, strength: float = 1.0, rng: np.random.Generator | None = None
-    ) -> np.ndarray:
-        """ζ at a strength; numbers of the shape from their priors, or their middles.
+    def at_strength(self, strength: float = 1.0) -> np.ndarray:
+        """ζ at a strength; numbers of the shape at their middles.
 
         Args:
-            box: ranges of ζ, shape (d, 2).
             strength: by the ordinary one.
-            rng: draws the shape; None for the middles.
         """
         zetas = []
-        for number, (low, high) in zip(self.numbers, box, strict=True):
+        for number in self.numbers:
+            zeta = 0.0
             if number.amplitude:
                 start, step = self.start_and_step(number)
                 value = start + strength * step
-                zeta = low if number.prior.positive and value <= 0 else number.zeta(value)
-            else:
-                zeta = 0.0 if rng is None else float(rng.standard_normal())
-            zetas.append(np.clip(zeta, low, high))
+                lost = number.prior.positive and value <= 0
+                zeta = number.low if lost else number.zeta(value)
+            zetas.append(np.clip(zeta, number.low, number.high))
         return np.array(zetas)
 
 

@@ -17,10 +17,10 @@ Tests that are not made yet have rows with readings of 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
@@ -32,6 +32,7 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import NUMBERS
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.experiments.protocol import cycles
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.sections.procedure import ExperimentSettings
 from dolfingrip.sections.section import Section
@@ -40,59 +41,32 @@ MOST_READINGS: Final = 1000
 """Largest number of readings of a ramp."""
 
 
-def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
-    """Branch and cycle of so many ramps up; they also go down if there are several, or if asked."""
-    branches = ["loading", "unloading"] if unload or count > 1 else ["loading"]
-    return [(branch, cycle) for cycle in range(1, count + 1) for branch in branches]
-
-
 def planned_rows(
     test: SpecimenTest,
-    way: Iterable[tuple[str, int]],
+    way: ExperimentSettings,
     ramp: Sequence[float] | np.ndarray,
     rate: float,
     columns: Sequence[str],
-    *,
-    hold_s: float = 60.0,
-    readings_of_wait: int = Policy().few,
 ) -> pd.DataFrame:
     """Rows of a protocol, as in ``Measurement.readings``; the first is at rest.
 
     Args:
         test: test of the rows; its ``control`` column is prescribed, other supplies rest at 0.
-        way: branches, each with the number of its cycle; a ``hold`` is at the highest value.
+        way: how often it goes up and down, and its waits.
         ramp: (m,) rising values, above 0, at which loading is read.
         rate: rate of ramps, in the unit of ``ramp`` per second.
         columns: columns that are read.
-        hold_s: duration of a wait.
-        readings_of_wait: whose distances grow.
     """
-    values = np.asarray(ramp, dtype=float)
-    rows: list[dict[str, Any]] = []
-    time_s, here = 0.0, 0.0
-    for number, (branch, cycle) in enumerate(way):
-        if branch == "hold":
-            waits = hold_s * (np.arange(1, readings_of_wait + 1) / readings_of_wait) ** 2
-            steps = [(here, time_s + wait) for wait in waits]
-        else:
-            up = values if number else np.append(0.0, values)
-            steps = []
-            for value in up if branch == "loading" else np.append(values[-2::-1], 0.0):
-                time_s += abs(value - here) / rate
-                here = float(value)
-                steps.append((here, time_s))
-        time_s = float(steps[-1][1])
-        rows += [
-            {
-                "line": 0, "test": test.number, "experiment": test.experiment,
-                "specimen": test.specimen, "cycle": cycle, "branch": branch,
-                **dict.fromkeys(NUMBERS, np.nan), TIME.name: moment,
-                **dict.fromkeys(test.supplies, 0.0), test.control: value,
-                **dict.fromkeys(columns, 0.0),
-            }
-            for value, moment in steps
-        ]  # fmt: skip
-    return pd.DataFrame(rows)
+    return pd.DataFrame([
+        {
+            "line": 0, "test": test.number, "experiment": test.experiment,
+            "specimen": test.specimen, "cycle": stop.cycle, "branch": stop.branch,
+            **dict.fromkeys(NUMBERS, np.nan), TIME.name: stop.time_s,
+            **dict.fromkeys(test.supplies, 0.0), test.control: stop.value,
+            **dict.fromkeys(columns, 0.0),
+        }
+        for stop in cycles([0.0, *map(float, ramp)], rate, way)
+    ])  # fmt: skip
 
 
 EXPERIMENTS: Final = ("bending", "blocked_force")
@@ -119,7 +93,7 @@ class RigProtocol(Section):
     )
     cycles: int = Field(1, ge=1, le=100, description="ramps up; more than one are up and down")
     unload: bool = Field(False, description="read while unloading, too")
-    hold_s: float = Field(0.0, ge=0, le=1e6, description="wait after the first ramp")
+    hold_s: float = Field(0.0, ge=0, le=1e6, description="wait at the top of each cycle")
     tip: bool = Field(False, description="the tip's x and z are read in free bending")
     blocked_angle: bool = Field(False, description="the angle is read while blocked")
     coupon_width: bool = Field(False, description="a coupon's width is read, too")
@@ -186,9 +160,8 @@ def _rows(
     }[test.experiment]
     rate, columns = test.setup.rate or test.configured_rate(config), [c.name for c in read]
     ramp = top * np.arange(1, count + 1) / count
-    way = cycles(protocol.cycles, unload=protocol.unload)
-    if protocol.hold_s:
-        way.insert(1, ("hold", 1))
-    return planned_rows(
-        test, way, ramp, rate, columns, hold_s=protocol.hold_s, readings_of_wait=policy.few
-    )
+    way = ExperimentSettings(
+        cycles=protocol.cycles, unload=protocol.unload, hold_s=protocol.hold_s,
+        hold_readings=policy.few,
+    )  # fmt: skip
+    return planned_rows(test, way, ramp, rate, columns)

@@ -113,25 +113,26 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
     def told(key: str, change: np.ndarray, name: str = "") -> Nuisance:
         std = max(t.setup.nuisances.get(key, 0.0) for t in measurement.tests)
         unit = named(key).unit if "." in key else units.unit(key)
-        return Nuisance(Unknown.marginal(name or key, std, unit), change)
+        values = [p.value(one) for one in configs.values() for p in every(one) if p.key == key]
+        return Nuisance(Unknown.marginal(name or key, std, unit, (values or [0.0])[0]), change)
 
     area = np.array([t.setup.nuisances["coupon_area"] for t in measurement.tests])
-    every = [
+    numbers = [
         *map(of, (MODULUS, *(cls.told.key for cls in fitted if not cls.told.each_time))),
         told("coupon_area", np.where(forces, base.readings, 0.0) * area[test]),
         *map(of, _own(measurement)),
     ]
-    every += [
-        of(cls.told.key, np.isin(test, numbers), name)
+    numbers += [
+        of(cls.told.key, np.isin(test, tests), name)
         for cls in fitted if cls.told.each_time
-        for name, numbers in _each_time(cls, measurement, configs).items()
+        for name, tests in _each_time(cls, measurement, configs).items()
     ]  # fmt: skip
-    every += _of_camera(measurement, base)
+    numbers += _of_camera(measurement, base)
     names = list(dict.fromkeys(t.specimen for t in measurement.tests))
     if len(names) > 1:
         specimen = listed["specimen"].to_numpy()
-        every += [of(SPECIMEN, specimen == name, f"{SPECIMEN} of {name}") for name in names]
-    return [nuisance for nuisance in every if np.nan_to_num(nuisance.change).any()]
+        numbers += [of(SPECIMEN, specimen == name, f"{SPECIMEN} of {name}") for name in names]
+    return [nuisance for nuisance in numbers if np.nan_to_num(nuisance.change).any()]
 
 
 def told_of(cls: type[Effect], test: SpecimenTest) -> Mapping[str, float]:

@@ -82,7 +82,7 @@ def _implausible(cause: Cause, stds: Mapping[str, float], reach: float) -> Cause
             continue
         start = cause.neutral(number)
         ordinary = replace(number, prior=replace(number.prior, mean=start, spread=std))
-        numbers += [far.reaching(reach) for far in ordinary.implausible().numbers]
+        numbers.append(ordinary.implausible().reaching(reach))
     return replace(cause, numbers=tuple(numbers), held=tuple(held))
 
 

@@ -223,9 +223,10 @@ def test_draws_follow_a_curved_ridge() -> None:
     about_mode = np.diag([1.0, 0.16])
     found = sampled_draws(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
     assert found is not None
-    assert found.effective > 100
-    assert found.log_integral == pytest.approx(0.0, abs=0.15)
-    assert found.weights @ found.places[:, 1] == pytest.approx(1.0, abs=0.25)
+    places, weights, log_integral = found
+    assert 1 / np.square(weights).sum() > 100
+    assert log_integral == pytest.approx(0.0, abs=0.15)
+    assert weights @ places[:, 1] == pytest.approx(1.0, abs=0.25)
 
 
 @pytest.mark.parametrize("width", [0.3, 0.2, 0.15, 0.01])
@@ -238,7 +239,7 @@ def test_draws_of_a_density_in_a_corner(width: float) -> None:
 
     print("seed", SEED)
     found = sampled_draws(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
-    assert found is None or found.log_integral == pytest.approx(0.0, abs=0.2)
+    assert found is None or found[-1] == pytest.approx(0.0, abs=0.2)
     assert found is not None or width < 0.1
 
 

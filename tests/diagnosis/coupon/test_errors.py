@@ -36,7 +36,7 @@ def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: Errors
     """
     listed = simulation.measurement.listed
     x, y = listed["control"].to_numpy(), listed["value"].to_numpy()
-    (slack,) = (each for each in off.shared if each.name == SLACK)
+    (slack,) = (each for each in off.rig if each.name == SLACK)
     steep = slack.change / slack.std
     for middle in (3.0, 8.0, 14.0):
         near = np.abs(x - middle) < 1.0
@@ -53,7 +53,7 @@ def test_what_specimens_share_is_no_scatter(off: Errors) -> None:
 
 def test_a_slip_that_all_share_stays_in_the_rig(off: Errors) -> None:
     """Slack of one coupon moves the others' by the part that the rig has."""
-    (slack,) = (each for each in off.shared if each.name == SLACK)
+    (slack,) = (each for each in off.rig if each.name == SLACK)
     assert slack.std == pytest.approx(0.1 / np.sqrt(2))
     assert np.isfinite(off.covariance).all()
     assert np.linalg.eigvalsh(off.covariance).min() > 0
@@ -64,12 +64,10 @@ def test_a_new_coupon_may_differ_as_much_as_was_told_or_found(found: float, told
     """Few coupons that happen to be alike do not make the next one like them."""
     scatter = Scatter(specimens=8, scale=found, prior_scale=told, shape=0.0, estimated=True)
     of = SimpleNamespace(
-        errors=SimpleNamespace(scatter=scatter, shared=()), closed_form=True,
-        problem=SimpleNamespace(value=np.zeros(3), always=()),
+        errors=SimpleNamespace(scatter=scatter), closed_form=True,
+        problem=SimpleNamespace(always=()),
         simulation=SimpleNamespace(anew=lambda _, **__: ()),
     )  # fmt: skip
     readings = np.array([2.0, 5.0])
-    shared, _ = Analysis.covariances(
-        of, SimpleNamespace(measurement=None, known_mesh=True), readings
-    )  # type: ignore[arg-type]
-    np.testing.assert_allclose(np.sqrt(np.diag(shared)), max(0.03, found) * readings)
+    others = Analysis.covariance(of, SimpleNamespace(measurement=None, known_mesh=True), readings)  # type: ignore[arg-type]
+    np.testing.assert_allclose(np.sqrt(np.diag(others)), max(0.03, found) * readings)

@@ -19,13 +19,11 @@ from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, joined
 from dolfingrip.diagnosis.plan import (
-    NOISES,
-    Draw,
-    Hidden,
     analyse_plan,
-    namings,
+    outlooks,
     read_alike,
     share,
+    strengths,
     threshold,
 )
 from dolfingrip.diagnosis.policy import Policy
@@ -62,7 +60,11 @@ def planned(measurement: Measurement) -> Analysis[Any]:
 
 @pytest.fixture(scope="module")
 def found(planned: Analysis[Any]) -> dict[str, EffectOutlook]:
-    return by_name(namings(planned))
+    return by_name(outlooks(planned))
+
+
+def at_rest(case: Analysis[Any]) -> np.ndarray:
+    return np.zeros(case.problem.nuisance_count)
 
 
 def by_name(found: list[EffectOutlook]) -> dict[str, EffectOutlook]:
@@ -70,39 +72,27 @@ def by_name(found: list[EffectOutlook]) -> dict[str, EffectOutlook]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        "mooney_rivlin",
-        pytest.param("permanent_set", marks=pytest.mark.xfail(
-            reason="two draws at each strength put the least one too low, where a third is named",
-            raises=AssertionError, strict=True,
-        )),
-    ],
-)  # fmt: skip
 def test_it_takes_the_strength_that_is_told(
-    name: str, planned: Analysis[Any], found: dict[str, EffectOutlook]
+    planned: Analysis[Any], found: dict[str, EffectOutlook]
 ) -> None:
     """Named in most of noisy cases at 1.4 times the least strength, in few at 0.6 times.
 
     By the search of a diagnosis, with pairs of causes.
     """
+    name = "mooney_rivlin"
     least = found[name].named_from
     assert least is not None
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(planned.problem.covariance)
-    hidden = Hidden(planned, planned.causes[name])
+    problem, cause = planned.problem, planned.causes[name]
     shares = []
     for factor in (0.6, 1.4):
         named = 0
         for _ in range(DRAWS):
             own = root @ rng.standard_normal(len(root))
-            value = (
-                planned.problem.base
-                + hidden.visibility.change(name, hidden.at(factor * least, rng))
-                + own
-            )
+            change = problem.change(name, at_rest(planned), cause.at_strength(factor * least))
+            value = problem.base + change + own
             decision = decide(search(replace(planned.problem, value=value), rng, sample=False))
             named += decision.answer == "cause" and decision.first == (name,)
         shares.append(named / DRAWS)
@@ -129,14 +119,14 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
     measurement: Measurement, found: dict[str, EffectOutlook]
 ) -> None:
     """Some elastic law of the catalogue follows it; another rate or the way back tells."""
-    assert found["prony"].share == 0.0
+    assert found["prony"].share == found["permanent_set"].share == 0.0
     assert found["prony"].class_share > 0.3
     assert "ogden_terms" in found["prony"].confused_with
     ways = {each.name: each for each in proposals(measurement, Config())}
     for way in ("a coupon at a tenth of the rate", "a coupon, loading and unloading"):
         both = joined(measurement, read_alike(ways[way], measurement))
         assert [test.number for test in both.tests] == [0, 1]
-        after = by_name(namings(made(both), list(found.values())))
+        after = by_name(outlooks(made(both)))
         assert after["prony"].share > 0.6
         assert after["prony"].at_ordinary
         for name, each in found.items():
@@ -152,15 +142,17 @@ def test_what_is_read_again_tells_more(
     twice = made(joined(measurement, measurement))
     n = len(planned.problem.value)
     assert len(twice.problem.value) == 2 * n
-    after = namings(twice, list(found.values()))
+    after = outlooks(twice)
     for each in after:
         assert 1.0 < each.strength_sigma / found[each.effect].strength_sigma < 1.42
     often = joined(joined(measurement, measurement), joined(measurement, measurement))
-    assert share(namings(made(often))) > share(list(found.values()))
+    assert share(outlooks(made(often))) > share(list(found.values()))
     # what the addition does not feel is no weaker for it
     cases = planned, replace(planned, problem=blind(planned, n))
-    for cause in planned.causes.values():
-        alone, beside = (Hidden(case, cause).strength(1.0) for case in cases)
+    for name, cause in planned.causes.items():
+        alone, beside = (
+            case.problem.strength(name, at_rest(case), cause.at_strength()) for case in cases
+        )
         assert beside == pytest.approx(alone)
 
 
@@ -185,43 +177,26 @@ def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
 def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
     for cause in planned.causes.values():
-        hidden = Hidden(planned, cause)
-        assert hidden.strengths[0] < 1.0 < hidden.strengths[-1]
-        assert (np.diff(hidden.strengths) >= 0).all()
-        first = [hidden.at(float(s))[0] for s in hidden.strengths]
+        by_ordinary = strengths(cause, Policy())
+        assert by_ordinary[0] < 1.0 < by_ordinary[-1]
+        assert (np.diff(by_ordinary) >= 0).all()
+        first = [cause.at_strength(float(s))[0] for s in by_ordinary]
         assert (np.diff(first) >= 0).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("least", [0, 1, 5, Policy().strengths])
-def test_strengths_between_are_not_drawn(planned: Analysis[Any], least: int) -> None:
-    """As where all are: none below a place is named, one draw there, and all above."""
-    told = np.clip(1 + np.arange(Policy().strengths) - least, 0, NOISES)
-    drawn: list[int] = []
-
-    class Told(Hidden):
-        def drawn(self, place: int) -> list[Draw]:
-            drawn.append(place)
-            return [(("yeoh",) if i < told[place] else (), {}) for i in range(NOISES)]
-
-    hidden = Told(planned, planned.causes["yeoh"])
-    assert (hidden.counted(lambda each: len(each[0]) == 1) == told).all()
-    assert len(drawn) < Policy().strengths
-
-
 @pytest.mark.parametrize(
-    ("count", "least"),
+    ("named", "least"),
     [
-        ([2, 2, 2, 2], 1.0),
-        ([0, 0, 2, 2], 6.0**0.5),
-        ([0, 1, 2, 2], 6.0**0.5),
-        ([0, 2, 1, 2], 2.0**0.5),
-        ([0, 0, 0, 1], None),
+        ([1, 1, 1, 1], 1.0),
+        ([0, 0, 1, 1], 6.0**0.5),
+        ([0, 1, 0, 1], 12.0**0.5),
+        ([0, 0, 0, 1], 12.0**0.5),
+        ([0, 0, 1, 0], None),
         ([0, 0, 0, 0], None),
     ],
 )
-def test_least_strength_leaves_the_fewest_draws_on_the_wrong_side(
-    count: list[int], least: float | None
+def test_an_effect_is_named_from_the_strength_on_above_which_it_always_is(
+    named: list[int], least: float | None
 ) -> None:
-    told = threshold(np.arange(1.0, 5.0), np.array(count))
+    told = threshold(np.arange(1.0, 5.0), np.array(named, bool))
     assert told == (None if least is None else pytest.approx(least))
