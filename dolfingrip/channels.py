@@ -382,7 +382,7 @@ AIR_SUPPLY: Final = tuple(
         ("source_kPa", "kPa", "Pressure of the source", "pressure of the supply's source", ".2f"),
         ("tube_kPa", "kPa", "Pressure in the tube", "pressure behind the supply's valve", ".2f"),
         ("gauge_kPa", "kPa", "Pressure at the gauge", "pressure where the supply's gauge is "
-         "(`supply.gauge`)", ".2f"),
+         "(`supply.gauge_part`)", ".2f"),
         ("inflow_l_per_min", "l_per_min", "Flow into the cavity", "flow of free air through the "
          "tube into the cavities, less what leaks", ".3f"),
         ("air_mg", "mg", "Air", "mass of the air in source, tube and cavities", ".3f"),

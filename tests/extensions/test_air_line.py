@@ -13,8 +13,13 @@ from dolfingrip.parameter import find
 from dolfingrip.sections.tables import assignments
 
 SUPPLY = ("supply.source=tank", "supply.leak_mm=0.3", "supply.tube_cm3=4",
-          "supply.valve_dm3_per_s_bar=0.02")  # fmt: skip
-ON = ("extensions.leak={}", "extensions.dead_volume={}", "extensions.starving_valve={}")
+          "supply.valve_dm3_per_s_bar=0.02", "supply.gauge_part=0.2")  # fmt: skip
+ON = (
+    "extensions.leak={}",
+    "extensions.dead_volume={}",
+    "extensions.starving_valve={}",
+    "extensions.gauge_at_the_source.share=0",
+)
 FILLED = (
     "mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false",
     "protocol.time_s=[0.0, 0.02, 0.04, 0.1, 0.2]",
@@ -23,7 +28,7 @@ FILLED = (
 )  # fmt: skip
 KEYS = {
     "extensions.leak.area_mm2": 0.05, "extensions.dead_volume.offset_cm3": 1.0,
-    "extensions.starving_valve.factor": 0.8,
+    "extensions.starving_valve.factor": 0.8, "extensions.gauge_at_the_source.share": 0.5,
 }  # fmt: skip
 
 
@@ -33,6 +38,7 @@ def test_they_change_numbers_of_the_supply() -> None:
     line = there.adapted().supply
     assert line is not None
     assert math.pi / 4 * line.leak_mm**2 == pytest.approx(math.pi / 4 * 0.3**2 + 0.05)
+    assert line.gauge_part == pytest.approx(0.6)
     assert (line.tube_cm3, line.valve_dm3_per_s_bar) == (5.0, pytest.approx(0.016))
 
 
@@ -41,6 +47,9 @@ def test_they_are_tried_where_there_is_such_a_supply() -> None:
     tank = config.load(None, assignments([*SUPPLY]))
     leak, dead, valve = (effect(name) for name in ("leak", "dead_volume", "starving_valve"))
     assert [leak.possible(at) for at in (none, ideal, tank)] == [False, True, True]
+    at_valve = tank.changed(supply={"gauge_part": 1.0})
+    gauge = effect("gauge_at_the_source")
+    assert [gauge.possible(at) for at in (ideal, tank, at_valve)] == [False, True, False]
     for told, key in ((dead, "supply.tube_cm3"), (valve, "supply.valve_dm3_per_s_bar")):
         assert told.fitted(none) is None
         assert told.fitted(ideal) is None

@@ -62,7 +62,7 @@ def line_of(supply: AirLine) -> Line:
         supply.exponent,
         supply.duty,
         supply.band_kPa * KPA,
-        supply.gauge == "cavity",
+        supply.gauge_part,
         ambient,
     )
 
@@ -114,7 +114,7 @@ def of_supply(model: Model, supply: AirSupply) -> list[Reading]:
     numbers = (
         lambda: gauge_kPa(SOURCE),
         lambda: gauge_kPa(TUBE),
-        lambda: gauge_kPa(CAVITY if air.line.at_cavity else TUBE),
+        lambda: air.line.gauged(gauge_kPa(TUBE), gauge_kPa(CAVITY)),
         lambda: float(air.now.flows[THROUGH] - air.now.flows[LEAK]) / MM3_PER_S,
         lambda: MG_PER_MM3 * supply.held_mm3(),
         supply.balance_error,

@@ -132,7 +132,7 @@ class Line:
         exponent: n of the change of state: 1 isothermal, 1.4 adiabatic.
         duty: largest part of the time that an on-off valve is open.
         band_MPa: what the gauge lacks where the valve is fully open.
-        at_cavity: whether the gauge is at the cavity, else at the tube's valve.
+        gauge: its place by the tube's resistance: 0 at the cavity, 1 at the valve.
         ambient: absolute pressure of the air around (MPa).
         commanded: parts of valve and exhaust that are open; None: the gauge controls them.
     """
@@ -148,7 +148,7 @@ class Line:
     exponent: float = 1.0
     duty: float = 1.0
     band_MPa: float = 0.01
-    at_cavity: bool = False
+    gauge: float = 1.0
     ambient: float = AMBIENT_KPA / 1000
     commanded: tuple[float, float] | None = None
 
@@ -160,6 +160,14 @@ class Line:
         """
         slowest = min(self.duty * self.valve.conductance, self.tube.conductance)
         return (cavity_mm3 + self.tube_mm3) / (REFERENCE_MPA * slowest)
+
+    def gauged(self, tube: float, cavity: float) -> float:
+        """Pressure at the gauge (MPa), which is linear along the tube.
+
+        Args:
+            tube, cavity: absolute pressures at its ends (MPa).
+        """
+        return self.gauge * tube + (1 - self.gauge) * cavity
 
     def opening(self, lacking: float) -> tuple[float, float]:
         """Parts of valve and exhaust that are open.
@@ -363,7 +371,7 @@ class Air:
         leak = line.leak.flow(cavity, line.ambient, (warm[CAVITY], 1.0)) if line.leak else 0.0
         if self.syringe:
             return [0.0, 0.0, 0.0, leak]
-        part, out = line.opening(prescribed - (cavity if line.at_cavity else tube))
+        part, out = line.opening(prescribed - line.gauged(tube, cavity))
         valve = Restriction(part * line.valve.conductance, line.valve.critical)
         exhaust = Restriction(out * line.exhaust.conductance, line.exhaust.critical)
         between = warm[SOURCE if line.tank_mm3 else OUTSIDE], warm[TUBE]
