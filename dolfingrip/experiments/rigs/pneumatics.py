@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar, Final
@@ -55,7 +56,7 @@ def line_of(supply: AirLine) -> Line:
         exhaust,
         Restriction(MM3_PER_S_MPA * supply.tube_dm3_per_s_bar, supply.tube_b),
         MM3 * supply.tube_cm3,
-        Restriction.orifice(supply.leak_mm) if supply.leak_mm else None,
+        Restriction.orifice(supply.leak_mm) if supply.leak_mm or supply.leak_growth_mm2 else None,
         pump,
         MM3 * supply.tank_cm3 if tank else 0.0,
         supply.tank_kPa * KPA + ambient if tank else 0.0,
@@ -64,6 +65,9 @@ def line_of(supply: AirLine) -> Line:
         supply.band_kPa * KPA,
         supply.gauge_part,
         ambient,
+        leak_growth=Restriction.orifice(
+            2 * math.sqrt(supply.leak_growth_mm2 / math.pi)
+        ).conductance,
     )
 
 

@@ -126,6 +126,7 @@ class Line:
         tube: between the tube's volume and the cavity.
         tube_mm3: volume of valve, tube and fittings.
         leak: from the cavity to the air around; None: it is tight.
+        leak_growth: by how much its conductance grows with each tenfold number of cycles.
         pump: the source; None: it is none.
         tank_mm3: volume of a tank as the source; 0: there is none.
         tank_MPa: its absolute pressure at first.
@@ -151,6 +152,7 @@ class Line:
     gauge: float = 1.0
     ambient: float = AMBIENT_KPA / 1000
     commanded: tuple[float, float] | None = None
+    leak_growth: float = 0.0
 
     def filling_s(self, cavity_mm3: float) -> float:
         """Time in which valve and tube, choked, fill tube and cavity with air at rest.
@@ -215,6 +217,7 @@ class Air:
         line: what the air flows through.
         now: the air at the present step's start.
         mean: flows in the step before, and rates of the invariants.
+        decades: logarithm to the base 10 of the number of the cycle.
         dead_mm3: volume beside the cavity with the pressure in it, as of a syringe; a syringe has
             no flow but the leak.
         syringe: whether the source is a syringe.
@@ -223,6 +226,7 @@ class Air:
     line: Line
     syringe: bool = False
     dead_mm3: float = 0.0
+    decades: float = 0.0
     now: Ends = field(init=False)
     mean: tuple[np.ndarray, np.ndarray] = field(init=False)
     _before_s: float = field(default=0.0, init=False)
@@ -368,7 +372,11 @@ class Air:
         """
         line = self.line
         source, tube, cavity = pressures
-        leak = line.leak.flow(cavity, line.ambient, (warm[CAVITY], 1.0)) if line.leak else 0.0
+        leak = 0.0
+        if line.leak:
+            grown = line.leak.conductance + self.decades * line.leak_growth
+            hole = Restriction(grown, line.leak.critical)
+            leak = hole.flow(cavity, line.ambient, (warm[CAVITY], 1.0))
         if self.syringe:
             return [0.0, 0.0, 0.0, leak]
         part, out = line.opening(prescribed - line.gauged(tube, cavity))
