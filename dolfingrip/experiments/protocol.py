@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-import numpy as np
-
 from dolfingrip.channels import supply_of
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.procedure import branch_of
@@ -125,6 +123,8 @@ def cycle_at(stops: Sequence[Stop]) -> Callable[[float], float]:
     Args:
         stops: in order.
     """
+    import numpy as np  # the command's help does without
+
     times, cycles = [stop.time_s for stop in stops], [float(stop.cycle) for stop in stops]
     return lambda time_s: float(np.interp(time_s, times, cycles))
 

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from support import bars
 
+from dolfingrip.config import load
 from dolfingrip.experiments.protocol import Stop, cycle_at
+from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
+from dolfingrip.sections.tables import assignments
 
 SOFTENING, G, YIELD = 0.04, 0.06, 0.03
 TRAVEL_mm = np.array([0.0, 3.0, 6.0, 3.0, 0.0])
@@ -43,6 +46,14 @@ def test_set_is_that_of_a_network_that_grows_with_them() -> None:
     ).column("force_N")  # fmt: skip
     assert found[-1] < -0.01  # it has set
     np.testing.assert_allclose(found, same, rtol=0, atol=1e-9)
+
+
+def test_bars_without_a_mesh_soften_alike() -> None:
+    """The way in which a diagnosis pulls coupons, at the same stretch in two cycles."""
+    tension = UniaxialTension(load(None, assignments(on(SOFTENING, 0.0))))
+    way = Stretching([0.1, 0.2, 0.1, 0.2], [1.0, 2.0, 3.0, 4.0], 0.1, [1, 1, 1000, 1000])
+    ((first, later),) = tension.follow({}, [way])[0].stress_MPa[:, [1, 3]]
+    assert later == pytest.approx(np.exp(-3 * SOFTENING) * first, rel=1e-9)
 
 
 def test_between_two_cycles_the_number_grows_with_time() -> None:
