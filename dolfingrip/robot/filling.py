@@ -51,30 +51,23 @@ def filled_kPa(
         inside = float(np.interp(cavity, held, pressures))
         return [source, (tube / line.tube_mm3) ** n, inside], prescribed
 
-    def rates(t: float, y: np.ndarray) -> np.ndarray:
+    def slopes(t: float, y: np.ndarray) -> np.ndarray:
         (places, prescribed), (amounts, invariants) = stand(t, y[3:]), (y[:3], y[3:])
         shares = [
             s / a if a > 0 else REFERENCE_MPA for a, s in zip(amounts, invariants, strict=True)
         ]
-        warm = [p ** (1 - 1 / n) * s / REFERENCE_MPA for p, s in zip(places, shares, strict=True)]
-        warm.append(1.0)
-        gains, changes = [0.0] * 4, [0.0] * 4
-        flows = air.flows(places, prescribed, warm)
-        for (one, other), flow in zip(air.ways, flows, strict=True):
-            start, end, size = (one, other, flow) if flow > 0 else (other, one, -flow)
-            gains[start] -= size
-            gains[end] += size
-            if start != OUTSIDE:
-                changes[start] -= size * shares[start]
-            if end != OUTSIDE:
-                changes[end] += size * REFERENCE_MPA * warm[start] * places[end] ** (1 / n - 1)
-        return np.array([*gains[:OUTSIDE], *changes[:OUTSIDE]])
+        _, gain, entered, warmth = air.exchanged(places, prescribed, shares)
+        rates = [
+            REFERENCE_MPA * warmth[i] * p ** (1 / n - 1) - (entered[i] - gain[i]) * shares[i]
+            for i, p in enumerate(places)
+        ]
+        return np.array([*gain[:OUTSIDE], *rates])
 
     start = np.concatenate([air.now.amounts, air.now.invariants])
     size = np.where(start > 0, start, 1.0)
     times = np.asarray(time_s, dtype=float)
     solved = solve_ivp(
-        rates, times[[0, -1]], start, "LSODA", times, rtol=RTOL, atol=RTOL * size,
+        slopes, times[[0, -1]], start, "LSODA", times, rtol=RTOL, atol=RTOL * size,
         max_step=np.ptp(times) / len(times),
     )  # fmt: skip
     return np.array([(stand(t, y[3:])[0][2] - ambient) / KPA

@@ -393,6 +393,33 @@ class Air:
         through = line.tube.flow(tube, cavity, (warm[TUBE], warm[CAVITY]))
         return [entering, vented, through, leak]
 
+    def exchanged(
+        self, pressures: Sequence[float], prescribed: float, shares: Sequence[float]
+    ) -> tuple[list[float], list[float], list[float], list[float]]:
+        """Flows, and what source, tube, cavity and the air around gain by them in a second.
+
+        Args:
+            pressures: absolute (MPa), (3,).
+            prescribed: absolute pressure that is asked for (MPa).
+            shares: p^(1/n) V of source, tube and cavity by their amounts of air, (3,).
+
+        Returns:
+            The flows; the gain of each place (mm³/s of free air); what enters it; and that times
+            its temperature by the reference.
+        """
+        n = self.line.exponent
+        ratios = zip((max(p, LEAST_MPA) for p in pressures), shares, strict=True)
+        warm = [*(p ** (1 - 1 / n) * share / REFERENCE_MPA for p, share in ratios), 1.0]
+        flows = self.flows(pressures, prescribed, warm)
+        gain, entered, warmth = [0.0] * 4, [0.0] * 4, [0.0] * 4
+        for (one, other), flow in zip(self.ways, flows, strict=True):
+            start, end, size = (one, other, flow) if flow > 0 else (other, one, -flow)
+            gain[start] -= size
+            gain[end] += size
+            entered[end] += size
+            warmth[end] += warm[start] * size
+        return flows, gain, entered, warmth
+
 
 @dataclass(slots=True)
 class _Step:
@@ -438,20 +465,10 @@ class _Step:
         What leaves a volume takes the invariant with it as it is at the end. Temperatures are those
         of the change of state since the step's start.
         """
-        air, n, weight = self.air, self.air.line.exponent, self.step_s * (1 - self.old)
-        least = [max(pressure, LEAST_MPA) for pressure in pressures]
-        ratios = zip(least, self.shares, strict=True)
-        warm = [*(p ** (1 - 1 / n) * share / REFERENCE_MPA for p, share in ratios), 1.0]
-        flows = air.flows(pressures, self.prescribed, warm)
-        gain, entered, warmth = [0.0] * 4, [0.0] * 4, [0.0] * 4
-        for (one, other), flow in zip(air.ways, flows, strict=True):
-            start, end, size = (one, other, flow) if flow > 0 else (other, one, -flow)
-            gain[start] -= size
-            gain[end] += size
-            entered[end] += size
-            warmth[end] += warm[start] * size
+        n, weight = self.air.line.exponent, self.step_s * (1 - self.old)
+        flows, gain, entered, warmth = self.air.exchanged(pressures, self.prescribed, self.shares)
         amounts, invariants = [], []
-        for i, pressure in enumerate(least):
+        for i, pressure in enumerate(max(pressure, LEAST_MPA) for pressure in pressures):
             brought = weight * warmth[i] * REFERENCE_MPA
             before = self.amounts[i] + weight * entered[i]  # anything leaves
             amounts.append(self.amounts[i] + weight * gain[i])
