@@ -39,7 +39,7 @@ ungraded mesh, since only changes are shown."""
 
 RATES = {"fast": 100.0, "slow": 2.0}
 """kPa/s."""
-CLOCKS = ("prony", "temperature_drift", "line_lag", "zero_drift", "sensor_lag")
+CLOCKS = ("prony", "temperature_drift", "set_point_logged", "zero_drift", "sensor_lag")
 BASE = "base"
 COLUMNS = {"bending": "angle_deg", "blocked_force": "force_N"}
 LABELS = {"bending": "Δ angle (°)", "blocked_force": "Δ force (N)"}

@@ -22,8 +22,9 @@ from typing import Any, Final, Literal
 
 from dolfingrip import plugins
 
-Part = Literal["finger", "plate", "bar", "gripper"]
-"""The objects that are read: a finger, the plate that it presses on, a coupon, a gripper."""
+Part = Literal["finger", "plate", "bar", "modes", "gripper"]
+"""The objects that are read: a finger, the plate that it presses on, a coupon, a finger's small
+vibrations, a gripper."""
 
 WORDS: Final[Mapping[str, str]] = {
     "experiment": "name of the experiment",
@@ -382,7 +383,7 @@ AIR_SUPPLY: Final = tuple(
         ("source_kPa", "kPa", "Pressure of the source", "pressure of the supply's source", ".2f"),
         ("tube_kPa", "kPa", "Pressure in the tube", "pressure behind the supply's valve", ".2f"),
         ("gauge_kPa", "kPa", "Pressure at the gauge", "pressure where the supply's gauge is "
-         "(`supply.gauge`)", ".2f"),
+         "(`supply.gauge_part`)", ".2f"),
         ("inflow_l_per_min", "l_per_min", "Flow into the cavity", "flow of free air through the "
          "tube into the cavities, less what leaks", ".3f"),
         ("air_mg", "mg", "Air", "mass of the air in source, tube and cavities", ".3f"),
@@ -487,6 +488,38 @@ TRANSVERSE_STRAIN = Channel(
     added=1,
 )
 
+FREQUENCIES: Final = tuple(
+    Channel(
+        name=f"frequency_{i}_Hz",
+        unit="Hz",
+        title=f"Frequency {i}",
+        about=f"natural frequency {i} of small vibrations at constant pressure",
+        form=".2f",
+        of=("modes",),
+        plausible=(0.0, 1e5),
+        noise=0.05,  # a ring-down of a few seconds
+        tolerance=0.005,
+        synthetic=False,
+    )
+    for i in (1, 2, 3, 4)
+)
+DAMPINGS: Final = tuple(
+    Channel(
+        name=f"damping_ratio_{i}",
+        unit="",
+        title=f"Damping ratio {i}",
+        about=f"of vibration {i}: ζ, by which one swing is exp(−2πζ/√(1 − ζ²)) times that a period "
+        "before",
+        form=".4f",
+        of=("modes",),
+        plausible=(0.0, 1.0),
+        noise=0.005,
+        tolerance=5e-4,
+        synthetic=False,
+    )
+    for i in (1, 2, 3, 4)
+)
+
 FINGERS: Final[Mapping[str, str]] = {"A": "thumb A", "B": "finger B", "C": "finger C"}
 """Names of a gripper's fingers by their letters."""
 
@@ -585,7 +618,7 @@ class _Channels(dict[str, Channel]):
 
 CHANNELS: Final = _Channels(
     (each.name, each)
-    for each in (*list(globals().values()), *TIP_ROTATIONS, *GRIPPER)
+    for each in (*list(globals().values()), *TIP_ROTATIONS, *FREQUENCIES, *DAMPINGS, *GRIPPER)
     if isinstance(each, Channel)
 )
 """All of the above by name, in their order, which is that of columns in files."""
@@ -605,8 +638,9 @@ def readings(*parts: Part) -> tuple[Channel, ...]:
 
 
 def measured() -> tuple[Channel, ...]:
-    """Channels that instruments read, and controls and time."""
-    return tuple(channel for channel in CHANNELS.values() if channel.plausible is not None)
+    """Channels that instruments read as a load goes on, and controls and time."""
+    read = (channel for channel in CHANNELS.values() if channel.plausible is not None)
+    return tuple(channel for channel in read if channel.of != ("modes",))
 
 
 def of_plugins(*parts: Part) -> tuple[Any, ...]:

@@ -311,12 +311,12 @@ def test_each_section_declares_what_it_describes_and_who_feels_it() -> None:
 @pytest.mark.parametrize(
     ("change", "feel"),
     [
-        ({"material.mu_MPa": 2.0}, "finger plate bar gripper"),
+        ({"material.mu_MPa": 2.0}, "finger plate bar modes gripper"),
         ({"finger.wall_mm": 1.8}, "finger gripper"),
         ({"plate.gap_mm": 1.0}, "plate"),
         ({"extensions.plate_gap.offset_mm": 0.2}, "plate"),
-        ({"extensions.prony.g": [0.2]}, "finger plate bar gripper"),
-        ({"extensions.locking.linear": True}, "finger plate bar gripper"),
+        ({"extensions.prony.g": [0.2]}, "finger plate bar modes gripper"),
+        ({"extensions.locking.linear": True}, "finger plate bar modes gripper"),
         ({"film.silk.Et_N_per_mm": 3.0}, "finger gripper"),
         ({"coupon.width_mm": 4.0}, "bar"),
         ({"camera.chord": "back edges"}, "finger"),

@@ -230,7 +230,7 @@ class CouponSimulation:
             for place in alike:
                 coupon, route = configs[place].coupon, self.groups[place].in_time
                 strain = [value / coupon.gauge_length_mm for value in route.value]
-                protocols.append(Stretching(strain, route.time_s, coupon.step_strain))
+                protocols.append(Stretching(strain, route.time_s, coupon.step_strain, route.cycle))
             bars = UniaxialTension(configs[first_place]).follow(parameters, protocols)
             for place, bar in zip(alike, bars, strict=True):
                 force_N = bar.stress_MPa * configs[place].coupon.area_mm2

@@ -12,7 +12,7 @@ from typing import Final
 from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import mesh_error
+from dolfingrip.experiments import mesh_error, protocol
 from dolfingrip.experiments.derivatives.bands import Bands
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, choices
@@ -177,6 +177,7 @@ def _once(
     banded = [] if bands is None else [n for n, reading in rig.readings.items() if reading.derived]
     names = columns(experiment, rig.newton.model.domain.cavities, config, banded)
     rig.newton.watch.tell = tell
+    rig.newton.model.count(protocol.cycle_at(stops))
     result = Result(experiment.name, config, order=names, folder=request.fields)
     derived: list[Sensitivities | AtHighest] = []
     if keys is not None:

@@ -7,7 +7,7 @@ approach if asked, pressurise, settle, lift, settle.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
@@ -112,6 +112,21 @@ def given(
         cycle = protocol.cycle[i] if protocol.cycle else 1
         stops.append(Stop(value, time_s, branch, cycle, further))
     return stops
+
+
+def cycle_at(stops: Sequence[Stop]) -> Callable[[float], float]:
+    """Return the number of the cycle as a function of the time (s).
+
+    Between the last reading of one cycle and the first one of the next it grows in proportion, so
+    that cycles may be left out.
+
+    Args:
+        stops: in order.
+    """
+    import numpy as np  # the command's help does without
+
+    times, cycles = [stop.time_s for stop in stops], [float(stop.cycle) for stop in stops]
+    return lambda time_s: float(np.interp(time_s, times, cycles))
 
 
 LEAST = 0.1

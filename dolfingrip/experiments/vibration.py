@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from dolfingrip.channels import ANGLE, PRESSURE, Channel
+from dolfingrip.channels import ANGLE, DAMPINGS, FREQUENCIES, PRESSURE
 from dolfingrip.experiments.experiment import (
     MPI,
     PRESSURE_OPTION,
@@ -20,28 +20,6 @@ from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
 if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
-FREQUENCIES = tuple(
-    Channel(
-        name=f"frequency_{i}_Hz",
-        unit="Hz",
-        title=f"Frequency {i}",
-        about=f"natural frequency {i} of small vibrations at constant pressure",
-        form=".2f",
-    )
-    for i in (1, 2, 3, 4)
-)
-DAMPINGS = tuple(
-    Channel(
-        name=f"damping_ratio_{i}",
-        unit="",
-        title=f"Damping ratio {i}",
-        about=f"of vibration {i}: ζ, by which one swing is exp(−2πζ/√(1 − ζ²)) times that a period "
-        "before",
-        form=".4f",
-    )
-    for i in (1, 2, 3, 4)
-)
-
 
 def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
     """A function that returns frequencies and damping ratios at the present state, by column."""
@@ -53,12 +31,14 @@ def _modes(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
     from dolfingrip.mechanics.newton.vibration import complex_frequencies
 
     newton, site = rig.newton, rig.specimen.site  # not the rig, which holds this function
-    mass = Inertia(site.u, site.domain, densities(site), site.masses).mass
+    inertia = Inertia(site.u, site.domain, densities(site), site.masses)
     relaxing = site.config.extensions.active(Relaxing)
     times_s = [tau for effect in relaxing for tau in effect.branches()[1]]
 
     def modes() -> Mapping[str, float]:
-        s = complex_frequencies(newton, mass, len(FREQUENCIES), site.history, times_s)
+        s = complex_frequencies(
+            newton, inertia.assembled_mass(), len(FREQUENCIES), site.history, times_s
+        )
         values = np.concatenate([s.imag / (2 * np.pi), -s.real / np.abs(s)])
         names = (channel.name for channel in (*FREQUENCIES, *DAMPINGS))
         return dict(zip(names, values.tolist(), strict=True))
@@ -75,14 +55,16 @@ class Vibration(WholeFingerExperiment):
     s² M φ + K(s) φ = 0 with the tangent K, complex where the material relaxes, and the consistent
     mass M; 2π times the frequency is the imaginary part of s, and the damping ratio ζ = −Re s/|s|.
     The finger vibrates in the plane of
-    bending and across it, so the whole finger is meshed.
+    bending and across it, so the whole finger is meshed. A measurement may have such frequencies
+    and damping ratios in place of the record of a ring-down.
     """
 
     name: ClassVar = "vibration"
     command: ClassVar = "vibrate"
     title: ClassVar = "Natural frequencies"
-    parts: ClassVar = ("finger",)
-    columns: ClassVar = (*FREQUENCIES, *DAMPINGS)
+    parts: ClassVar = ("finger", "modes")
+    measured: ClassVar = True
+    gradients: ClassVar = True
     options: ClassVar = (PRESSURE_OPTION, SUCTION_OPTION)
     dynamic: ClassVar = False
     table: ClassVar = (PRESSURE, ANGLE, *FREQUENCIES, DAMPINGS[0])

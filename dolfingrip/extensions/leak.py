@@ -21,7 +21,7 @@ class Leak(AirLineChange):
     Prior: 0.02 ± 0.02 mm², a pinhole of 0.16 mm in a print or a seam (engineering guess).
     Fingerprint: the cavity never has the whole pressure of the gauge, by a part that grows with the
     pressure and with the tube's resistance, and it empties faster than it fills.
-    Confused with: a regulator's gain, in waits alone; a line that lags, in ramps alone.
+    Confused with: a regulator's gain, in waits alone; a log of set points, in ramps alone.
     """
 
     checks: ClassVar = (

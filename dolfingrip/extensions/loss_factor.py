@@ -32,8 +32,8 @@ class LossFactor(Viscous):
     Fingerprint: swings decay by the same ratio exp(−π η) at all frequencies of the range, and the
     finger is stiffer in motion than at rest: for η = 0.11 by 10 % at the lowest frequency, and by
     17 % more for each decade. Ramps and waits of seconds do not feel it.
-    Confused with: Prony, whose loss has a peak at one frequency; inertia and line lag, by a late
-    and smaller swing.
+    Confused with: Prony, whose loss has a peak at one frequency; inertia and a log of set points,
+    by a late and smaller swing.
     """
 
     neutral: ClassVar = {"loss_factor": 0.0}

@@ -105,6 +105,11 @@ class Site:
         """Time at the load step's end (s)."""
         return self.history.time_s
 
+    @property
+    def cycle(self) -> Expr:
+        """Number of the cycle at the load step's end, from 1 on."""
+        return self.history.cycle
+
     def constant(self, effect: Named, key: str) -> fem.Constant:
         """A parameter of ``effect`` as a constant of the potential; a list as a vector."""
         value = np.asarray(getattr(effect, key), dtype=PETSc.ScalarType)

@@ -135,6 +135,8 @@ class RobotFile(ResultFile):
         description="rms distance of the free finger's sections from a chain of so many joints"
     )
     valid: Validity
+    free_kPa: tuple[float, ...] = Field((), description="pressures of the free finger at rest")
+    volume_mm3: tuple[float, ...] = Field((), description="of its cavities there")
     comparisons: tuple[QuantityError, ...]
     levels_mm: tuple[float, ...] = Field((), description="z of the shapes' sections at rest")
     shapes: tuple[FreeShape, ...] = Field((), description="from the lowest pressure on")

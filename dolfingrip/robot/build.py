@@ -174,6 +174,8 @@ def _robot(
             gaps_mm=tuple(run.gap_mm for run in loaded if run.gap_mm is not None),
             ended=tuple(run.failure for run in (free, *loaded) if run.failure),
         ),
+        free_kPa=tuple(free.pressure_kPa),
+        volume_mm3=tuple(free.volume_mm3),
         comparisons=(),
         accuracy=accuracy,
         simulated_s=sum(run.wall_s for run in (free, *loaded)),

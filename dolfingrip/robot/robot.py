@@ -11,10 +11,13 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from dolfingrip.experiments.feedforward import RestingFinger
 from dolfingrip.files.robot import RobotFile
 from dolfingrip.robot.chain import Chain, Equilibrium, Loads, Plates, Points, equilibrium
+from dolfingrip.robot.filling import filled_kPa
 from dolfingrip.robot.fit import softness
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import AirLine
 
 TRIED: Final = 26
 """Pressures between which the one that is sought is looked for."""
@@ -160,6 +163,35 @@ class Robot:
         # N/mm by kg are 1000/s²
         squares = eigh(1e3 * state.stiffness[0], mass, eigvals_only=True)
         return np.asarray(np.sqrt(squares) / (2 * np.pi))
+
+    def filled_kPa(
+        self, supply: AirLine, time_s: Sequence[float], set_kPa: Sequence[float]
+    ) -> np.ndarray:
+        """Find the pressure that a supply of air makes in the free finger, without inertia.
+
+        Args:
+            supply: of air; no syringe.
+            time_s: times that rise, (n,).
+            set_kPa: pressure that the supply is asked for there, linear in between, (n,).
+
+        Returns:
+            Pressure (kPa) in the finger at these times, (n,); from rest.
+
+        Raises:
+            ConfigError: one line: a syringe, times that do not rise, or an earlier file.
+        """
+        file = self.file
+        if supply.source == "syringe":
+            raise ConfigError('supply.source = "syringe": allowed: "ideal", "pump", "tank"')
+        if len(time_s) < 2 or len(time_s) != len(set_kPa) or not (np.diff(time_s) > 0).all():
+            told = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
+            raise ConfigError(f"{told}: allowed: two or more, as many of both; times that rise")
+        if not file.volume_mm3:
+            raise ConfigError(
+                "robot.json: volume_mm3: none; allowed: of this version of dolfingrip"
+            )
+        pressures, volumes = np.array(file.free_kPa), np.array(file.volume_mm3)
+        return filled_kPa(RestingFinger(pressures, volumes, pressures), supply, time_s, set_kPa)
 
     def pressure_for(
         self,

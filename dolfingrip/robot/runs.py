@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import pyvista as pv
 
-from dolfingrip.channels import ANGLE, FORCE, PRESSURE
+from dolfingrip.channels import ANGLE, CAVITY_VOLUME, FORCE, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES
@@ -50,8 +50,8 @@ TESTED_GAPS: Final = (0.12,)
 HANGING: Final = {"acceleration_m_s2": 9.81, "direction": (0.0, 0.0, 1.0)}
 """Gravity by which a chain is tested: from clamp to tip."""
 
-_ROWS: Final = ("pressure_kPa", "angle_rad", "force_N", "stiffness_x", "stiffness_y", "place_mm",
-                "turn_rad")  # fmt: skip
+_ROWS: Final = ("pressure_kPa", "angle_rad", "force_N", "volume_mm3", "stiffness_x",
+                "stiffness_y", "place_mm", "turn_rad")  # fmt: skip
 """Attributes of a run that have its stops as first axis."""
 
 LEAST_STOPS: Final = 5
@@ -67,6 +67,7 @@ class FingerRun:
         pressure_kPa: (stops,).
         angle_rad: (stops,) of the tip.
         force_N: (stops,) on the plate; 0 where there is none.
+        volume_mm3: (stops,) of the cavities.
         stiffness_x, stiffness_y: (stops,) of the free tip (N/mm); NaN where they were not read.
         levels_mm: (sections,) places z of the sections at rest, from clamp to tip.
         back_mm: (sections,) least x of the finger at rest near each section.
@@ -84,6 +85,7 @@ class FingerRun:
     pressure_kPa: np.ndarray
     angle_rad: np.ndarray
     force_N: np.ndarray
+    volume_mm3: np.ndarray
     stiffness_x: np.ndarray
     stiffness_y: np.ndarray
     levels_mm: np.ndarray
@@ -284,6 +286,7 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
         pressure_kPa=columns[PRESSURE.name],
         angle_rad=np.radians(columns[ANGLE.name]),
         force_N=columns[FORCE.name] if blocked else np.zeros(stops),
+        volume_mm3=columns[CAVITY_VOLUME.name],
         stiffness_x=columns.get(STIFFNESSES[0].name, nothing),
         stiffness_y=columns.get(STIFFNESSES[1].name, nothing),
         levels_mm=np.array(data["levels_mm"]),

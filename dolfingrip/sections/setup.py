@@ -9,6 +9,7 @@ from pydantic import create_model, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
 from dolfingrip.plugins import PluginError
+from dolfingrip.sections.base_motion import BaseMotion
 from dolfingrip.sections.curve import CurveTarget
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
@@ -53,6 +54,7 @@ class Sections(Section):
     experiment: ExperimentSettings = ExperimentSettings()
     protocol: Protocol = Protocol()
     release: Release = Release()
+    base: BaseMotion = BaseMotion()
     coupon: CouponSettings = CouponSettings()
     gripper: Gripper = Gripper()
     film: Films = Films()
@@ -119,6 +121,8 @@ class Sections(Section):
 
         if self.release.acts and not self.experiment.dynamic:
             yield Refusal(f"release.{self.release.key}", "allowed: with experiment.dynamic = true")
+        if self.base.time_s and not self.experiment.dynamic:
+            yield Refusal("base.time_s", "allowed: with experiment.dynamic = true")
 
     def _kind_refused(self) -> Iterator[Refusal]:
         kind = self.finger.kind

@@ -56,7 +56,7 @@ class AirLine(Section):
     entry: ClassVar = dict.fromkeys(
         ("tank_cm3", "tank_kPa", "valve_dm3_per_s_bar", "valve_b", "exhaust_dm3_per_s_bar",
          "exhaust_b", "duty", "band_kPa", "tube_dm3_per_s_bar", "tube_b", "tube_cm3", "leak_mm",
-         "exponent"),
+         "leak_growth_mm2", "gauge_part", "exponent"),
         Entry.SUPPLY,
     )  # fmt: skip
 
@@ -93,7 +93,13 @@ class AirLine(Section):
     tube_b: Ratio = Field(0.3, ge=0, lt=1, description="its critical ratio of pressures")
     tube_cm3: float = Field(5.0, ge=0.01, le=10_000, description="dead volume of valve and tube")
     leak_mm: float = Field(0.0, ge=0, le=10, description="diameter of a hole in the cavity")
-    gauge: Literal["tube", "cavity"] = Field("tube", description="where the pressure is measured")
+    leak_growth_mm2: float = Field(
+        0.0, ge=0, le=50, description="area by which it grows with each tenfold number of cycles"
+    )
+    gauge_part: Ratio = Field(
+        1.0, ge=0, le=1,
+        description="part of the tube's resistance between gauge and cavity: 1 gauge at the valve",
+    )  # fmt: skip
     exponent: Ratio = Field(
         1.0, ge=1, le=1.4, description="n in p Vⁿ = const: 1 isothermal, 1.4 adiabatic"
     )

@@ -47,7 +47,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
             entry = f"{value:.6f}," if column == "angle_deg" else f",{value:.6f}"
             lines.append(f"{name},{branch},{time_s},{pressure},{entry}")
     file = written(folder, "\n".join(lines) + "\n", TOLD)
-    settings = DiagnosisSettings(effects=("sensor_lag", "line_lag", "angle_gain"))
+    settings = DiagnosisSettings(effects=("sensor_lag", "set_point_logged", "angle_gain"))
     config = small.short(*small.FEW)
     return diagnose_measurement(read([file], config), config, Here(store), settings)
 
@@ -71,4 +71,4 @@ def test_angles_alone_do_not(tmp_path: Path, store: Path) -> None:
     found = diagnosed(tmp_path, store, "bending")
     print(found.decision.first, found.decision.inclusion)
     assert found.decision.answer == "cause"
-    assert {*found.decision.first} == {"sensor_lag", "line_lag"}
+    assert {*found.decision.first} == {"sensor_lag", "set_point_logged"}

@@ -89,7 +89,7 @@ def test_a_leak_empties_a_tank() -> None:
         small.short(
             *FEW, "experiment.unload=true", "experiment.step_kPa=25", "experiment.hold_s=1",
             "supply.source=tank", "supply.tank_cm3=20", "supply.tank_kPa=150",
-            "supply.leak_mm=0.1", "supply.exponent=1.2", "supply.gauge=cavity",
+            "supply.leak_mm=0.1", "supply.exponent=1.2", "supply.gauge_part=0",
         )
     )  # fmt: skip
     tank, inside = leaking.column("source_kPa"), leaking.column("cavity_pressure_kPa")

@@ -63,8 +63,8 @@ def along(
         ("bending", ("extensions.gravity_pitch.pitch_deg=-40", *TO_50_kPa, *FEW,
                      *differences.INSTRUMENTS[:3]), ELASTIC),
         ("blocked_force", (*differences.BLOCKED, *differences.COMPLIANT), ELASTIC),
-        ("bending", ("extensions.prony={}", "extensions.line_lag={}", "extensions.sensor_lag={}",
-                     *FEW, *differences.CYCLES), LASTING),
+        ("bending", ("extensions.prony={}", "extensions.set_point_logged={}",
+                     "extensions.sensor_lag={}", *FEW, *differences.CYCLES), LASTING),
         ("blocked_force", ("extensions.plate_friction={}", "plate.tilt_deg=5",
                            *FEW, *differences.CYCLES), LASTING),
         ("bending", (*VOLUME, *FEW, "extensions.wall_offset={}"), ELASTIC),
@@ -97,7 +97,7 @@ def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> No
     """
     neutral = (
         "extensions.gent.inverse_J_m=0", "extensions.mooney_rivlin.C01_MPa=0",
-        "extensions.line_lag.tau_s=0", "extensions.prony.g=[0]",
+        "extensions.set_point_logged.tau_s=0", "extensions.prony.g=[0]",
         "extensions.pressure_offset.offset_kPa=0", "extensions.angle_gain.gain=1",
         *TO_50_kPa, *FEW, "experiment.unload=true", "contact.self_contact=false",
     )  # fmt: skip

@@ -45,7 +45,7 @@ def test_effects_act_in_their_order() -> None:
         ("mooney_rivlin", "print_anisotropy", "mullins", "permanent_set", "prony",
          "temperature_drift"),
         ("wall_offset", "coarse_mesh", "locking"),
-        ("pressure_gain", "pressure_offset", "line_lag"),
+        ("pressure_gain", "pressure_offset", "set_point_logged"),
         ("force_gain", "force_offset", "zero_drift"),
         ("angle_definition", "angle_gain", "sensor_lag", "angle_offset"),
     )  # fmt: skip

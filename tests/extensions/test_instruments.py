@@ -9,8 +9,8 @@ from support.supply import cavity_pressures
 
 from dolfingrip import config
 from dolfingrip.experiments import run
-from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_offset import PressureOffset
+from dolfingrip.extensions.set_point_logged import SetPointLogged
 from dolfingrip.sections.tables import assignments
 
 ROW = {"time_s": 30.0, "angle_deg": 40.0, "chord_angle_deg": 21.0, "force_N": 2.0}
@@ -76,7 +76,7 @@ def test_the_rig_shows_an_angle_that_lags() -> None:
 def test_pressure_offset_is_there_from_the_start() -> None:
     """A line behind it is filled at first."""
     times = np.array([1.0, 2.0])
-    stages = (PressureOffset(offset_kPa=3.0), LineLag(tau_s=0.7))
+    stages = (PressureOffset(offset_kPa=3.0), SetPointLogged(tau_s=0.7))
     np.testing.assert_allclose(cavity_pressures(times, np.zeros(2), *stages), 3.0)
 
 

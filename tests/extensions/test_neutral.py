@@ -16,7 +16,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Energetic, Flow
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.extensions.line_lag import LineLag
+from dolfingrip.extensions.set_point_logged import SetPointLogged
 from dolfingrip.forms import neo_hookean
 from dolfingrip.forms.evaluate import number
 
@@ -99,22 +99,22 @@ def test_the_energy_has_a_slope(effect: type[Effect], key: str) -> None:
 def test_a_line_without_a_lag() -> None:
     """p_out = p_in − τ dp_in/dt + …, with a remainder that vanishes faster than any power of τ."""
     flow = Flow(inlet_before_kPa=20.0, inlet_kPa=26.0, outlet_before_kPa=19.0, time_s=5, step_s=2)
-    assert LineLag(tau_s=0.0).outlet_kPa(flow) == 26.0
+    assert SetPointLogged(tau_s=0.0).outlet_kPa(flow) == 26.0
     for tau in (1e-12, 1e-6, 1e-3):
-        slope = (LineLag(tau_s=tau).outlet_kPa(flow) - 26.0) / tau
+        slope = (SetPointLogged(tau_s=tau).outlet_kPa(flow) - 26.0) / tau
         assert slope == pytest.approx(-3.0, rel=1e-15 * 26 / tau / 3 + 1e-12)
 
 
 def test_a_lag_that_outlasts_the_step() -> None:
     """For τ much longer than a step the outlet rises by (p_in − p_out) Δt/τ, to 1e-16 kPa."""
     flow = Flow(inlet_before_kPa=8.0, inlet_kPa=8.0, outlet_before_kPa=0.0, time_s=5, step_s=1e-6)
-    assert LineLag(tau_s=1e4).outlet_kPa(flow) == pytest.approx(8e-10, abs=2e-15)
+    assert SetPointLogged(tau_s=1e4).outlet_kPa(flow) == pytest.approx(8e-10, abs=2e-15)
     ramp = Flow(inlet_before_kPa=0.0, inlet_kPa=8.0, outlet_before_kPa=0.0, time_s=5, step_s=1e-6)
-    assert LineLag(tau_s=1e4).outlet_kPa(ramp) == pytest.approx(4e-10, abs=2e-15)
+    assert SetPointLogged(tau_s=1e4).outlet_kPa(ramp) == pytest.approx(4e-10, abs=2e-15)
 
 
 def test_a_step_of_no_duration() -> None:
     """Nothing flows through a line; without one the outlet is the inlet."""
     flow = Flow(inlet_before_kPa=3.0, inlet_kPa=4.0, outlet_before_kPa=2.0, time_s=5, step_s=0)
-    assert LineLag(tau_s=0.7).outlet_kPa(flow) == 2.0
-    assert LineLag(tau_s=0.0).outlet_kPa(flow) == 4.0
+    assert SetPointLogged(tau_s=0.7).outlet_kPa(flow) == 2.0
+    assert SetPointLogged(tau_s=0.0).outlet_kPa(flow) == 4.0

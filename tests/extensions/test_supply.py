@@ -13,8 +13,8 @@ from dolfingrip import config
 from dolfingrip.config import KPA, ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.extensions.force_gain import ForceGain
-from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_gain import PressureGain
+from dolfingrip.extensions.set_point_logged import SetPointLogged
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.model.model import Control
 from dolfingrip.sections.tables import assignments
@@ -39,7 +39,7 @@ def test_sudden_pressure_through_a_line() -> None:
 
 def test_stages_follow_one_another_and_can_be_taken_back() -> None:
     times = np.linspace(0, 2, 9)[1:]
-    stages = (PressureGain(gain=1.5), LineLag(tau_s=TAU))
+    stages = (PressureGain(gain=1.5), SetPointLogged(tau_s=TAU))
     np.testing.assert_allclose(
         cavity_pressures(times, 20 * times, *stages),
         cavity_pressures(times, 30 * times),

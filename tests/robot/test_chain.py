@@ -57,6 +57,7 @@ def invented(gap_mm: float | None) -> FingerRun:
         pressure_kPa=PRESSURES,
         angle_rad=found.w[:, KNOWN.bends].sum(axis=1),
         force_N=found.forces_N,
+        volume_mm3=np.zeros(11),
         stiffness_x=stiff[:, 0],
         stiffness_y=stiff[:, 1],
         levels_mm=LEVELS,

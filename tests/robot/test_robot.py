@@ -34,6 +34,7 @@ from dolfingrip.robot.fit import MOST_JOINTS
 from dolfingrip.robot.links import skin, whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import AirLine
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -407,13 +408,25 @@ def test_pressure_for(robot: Robot) -> None:
 
 
 @pytest.mark.slow
+def test_a_supply_fills_it(robot: Robot) -> None:
+    found = robot.filled_kPa(AirLine(source="ideal"), [0.0, 0.01, 2.0], [20.0, 20.0, 20.0])
+    assert found[0] == pytest.approx(0, abs=1e-3)  # its table is interpolated
+    assert 0 < found[1] < 19
+    assert found[2] == pytest.approx(20, abs=0.05)
+    with pytest.raises(ConfigError, match=r'supply\.source = "syringe"'):
+        robot.filled_kPa(AirLine(source="syringe"), [0.0, 1.0], [0.0, 0.0])
+    with pytest.raises(ConfigError, match=r"time_s = 2 times.*times that rise"):
+        robot.filled_kPa(AirLine(), [1.0, 1.0], [0.0, 0.0])
+
+
+@pytest.mark.slow
 def test_refusals(robot: Robot) -> None:
     with pytest.raises(ConfigError, match=r"experiment.max_pressure_kPa = -20: allowed: above 0"):
         runs.prepared(short("experiment.max_pressure_kPa=-20"))
     assert not runs.prepared(short("experiment.dynamic=true")).experiment.dynamic
     still = np.zeros(3)
     run = runs.FingerRun(
-        None, np.arange(3.0), still, still, still, still, np.array([0.0, 50.0]), np.zeros(2),
+        None, np.arange(3.0), still, still, still, still, still, np.array([0.0, 50.0]), np.zeros(2),
         np.zeros((3, 2, 2)), np.zeros((3, 2)), np.zeros((1, 3)), 5.0, 1.0, 0.0, "",
     )  # fmt: skip
     with pytest.raises(ConfigError, match="allowed: a finger that bends to its back"):

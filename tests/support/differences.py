@@ -45,7 +45,7 @@ INSTRUMENTS = (
 )  # fmt: skip
 LASTING = (
     "extensions.prony={}", "extensions.mullins={}", "extensions.permanent_set={}",
-    "extensions.line_lag={}", "extensions.temperature_drift={}",
+    "extensions.set_point_logged={}", "extensions.temperature_drift={}",
 )  # fmt: skip
 RUBBING = (
     "extensions.plate_friction={}", "extensions.bellows_friction={}", "finger.gap_mm=0.4",

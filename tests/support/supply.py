@@ -7,7 +7,7 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from dolfingrip.config import KPA
-from dolfingrip.extensions.line_lag import LineLag
+from dolfingrip.extensions.set_point_logged import SetPointLogged
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.model.model import Control
 
@@ -18,7 +18,7 @@ TAU = 0.7
 def cavity_pressures(times_s: np.ndarray, pressures_kPa: np.ndarray, *stages: object) -> np.ndarray:
     """Cavity pressure as the regulator passes through the points of a polygon."""
     cavity = Control(fem.Constant(mesh.create_unit_interval(MPI.COMM_SELF, 1), 0.0), KPA)
-    supply = Supply(cavity, stages or [LineLag(tau_s=TAU)])  # type: ignore[arg-type]
+    supply = Supply(cavity, stages or [SetPointLogged(tau_s=TAU)])  # type: ignore[arg-type]
     found, before = [], 0.0
     for time_s, pressure in zip(times_s, pressures_kPa, strict=True):
         supply.set(float(pressure))

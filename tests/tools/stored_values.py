@@ -46,7 +46,7 @@ CASES: dict[str, tuple[str, tuple[str, ...]]] = {
     "instruments": (
         "blocked_force",
         (*COARSE, "experiment.unload=true", "extensions.force_gain={}",
-         "extensions.angle_offset={}", "extensions.line_lag={}",
+         "extensions.angle_offset={}", "extensions.set_point_logged={}",
          "extensions.temperature_drift={}"),
     ),
     "clamp": ("blocked_force", (*COARSE, "extensions.clamp_compliance={}")),

@@ -97,7 +97,7 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
                  {"tip_x_mm": 0.05}, MOVING, meshes_mm=(30.0, 25.0)),
         Protocol("filling", PUMP, {**FINER, "supply.error_kPa": 0.2}, FILL_S,
                  np.where((FILL_S > 0) & (FILL_S < 1.05), 40.0, 0.0), {"angle_deg": 0.03},
-                 ("leak", "dead_volume", "starving_valve", "sensor_lag", "line_lag")),
+                 ("leak", "dead_volume", "starving_valve", "sensor_lag", "set_point_logged")),
         Protocol("waits", FINGER, FINER, WAIT_S,
                  np.interp(WAIT_S, [0, 4, 600, 604], [0, 40, 40, 0]), {"angle_deg": 0.05},
                  ("zero_drift", "prony", "temperature_drift", "permanent_set")),
@@ -112,7 +112,7 @@ HIDDEN: Final[Mapping[str, Mapping[str, tuple[tuple[str, ...], ...]]]] = {
               "two": (("density", "sensor_lag"), ("density", "tip_mass"))},
     "elastic": {"one": (("loss_factor",),), "two": (("loss_factor", "sensor_lag"),)},
     "filling": {"one": (("leak",), ("dead_volume",), ("starving_valve",)),
-                "two": (("line_lag", "sensor_lag"),)},
+                "two": (("set_point_logged", "sensor_lag"),)},
     "waits": {"one": (("zero_drift",),)},
 }  # fmt: skip
 """Causes of each case by its kind, in the order of its number."""

@@ -55,13 +55,16 @@ from dolfingrip.parameter.nuisances import usual
 from dolfingrip.sections import tables, units
 from dolfingrip.sections.section import Role
 
-SECTIONS: Final = tuple(
-    name
-    for name, section in Config.classes().items()
-    if section.role in (Role.BODY, Role.SETUP, Role.INSTRUMENT)
-    if any(section.felt_on(EXPERIMENTS[each].parts) for each in EXPERIMENT_NAMES)
+SECTIONS: Final = (
+    *(
+        name
+        for name, section in Config.classes().items()
+        if section.role in (Role.BODY, Role.SETUP, Role.INSTRUMENT)
+        if any(section.felt_on(EXPERIMENTS[each].parts) for each in EXPERIMENT_NAMES)
+    ),
+    "extensions",
 )
-"""Sections of the configuration that a laboratory can tell about its set-up."""
+"""Sections of the configuration that a laboratory can tell about its set-up, and effects in it."""
 
 CENTRES: Final = ("clamp", "tip")
 """Points of the simulated chord: the centres of the two faces."""

@@ -36,6 +36,7 @@ from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 from dolfingrip.diagnosis.data.motion import motion, smallest_change, travel
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers, read_by
 from dolfingrip.diagnosis.policy import Policy
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.sections.section import Role
 
 
@@ -46,7 +47,7 @@ class SpecimenTest:
     Attributes:
         number: its place in ``Measurement.tests`` and its number in the column ``test``.
         file: the CSV file.
-        experiment: ``bending``, ``blocked_force`` or ``coupon``.
+        experiment: ``bending``, ``blocked_force``, ``coupon`` or ``vibration``.
         specimen: name of the finger or coupon.
         setup: set-up of the laboratory.
         supplies: columns of all pressures where cavities have supplies of their own, the one that
@@ -64,6 +65,11 @@ class SpecimenTest:
     def of_finger(self) -> bool:
         """Return whether pressures are prescribed."""
         return CONTROL[self.experiment] == PRESSURE.name
+
+    @property
+    def small_vibrations(self) -> bool:
+        """Return whether frequencies and damping ratios are read."""
+        return "modes" in EXPERIMENTS[self.experiment].parts
 
     @property
     def controls(self) -> tuple[str, ...]:
@@ -86,7 +92,9 @@ class SpecimenTest:
         Raises:
             ConfigError: one line naming the key, its value and the allowed range.
         """
-        sections = self.setup.sections
+        sections = dict(self.setup.sections)
+        if self.small_vibrations:  # what is felt in motion is felt
+            sections["experiment"] = {"dynamic": True}
         return config.changed(**sections) if sections else config
 
     def configured_rate(self, config: Config) -> float:
@@ -310,13 +318,14 @@ def in_proportion(measurement: Measurement) -> np.ndarray:
 def shows_memory(*measurements: Measurement) -> bool:
     """Tell whether readings of the same experiments show what a material remembers.
 
-    They do where something is unloaded or waits, or is loaded at two rates, one of twice the other.
+    They do where something is unloaded or waits, or is loaded at two rates, one of twice the other,
+    and where it vibrates.
     """
     rates: dict[str, list[float]] = defaultdict(list)
     for measurement in measurements:
         for test in measurement.tests:
             rows = measurement.rows(test.number)
-            if (rows["branch"] != "loading").any():
+            if (rows["branch"] != "loading").any() or test.small_vibrations:
                 return True
             rate = measurement.ramp_rate(test)
             if rate is not None:

@@ -88,6 +88,19 @@ def moves(config: Config) -> bool:
     return config.experiment.dynamic or config.supply is not None
 
 
+def still(config: Config, follows: bool) -> Config:
+    """Return ``config`` as an experiment is simulated that may not follow motion.
+
+    Args:
+        config: with its set-up.
+        follows: whether it does.
+    """
+    if follows or not config.experiment.dynamic:
+        return config
+    none = {"held_x_mm": None, "load_x_N": 0.0}
+    return config.changed(experiment={"dynamic": False}, release=none)
+
+
 def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     """The groups of a measurement's tests, in their order.
 
@@ -95,7 +108,10 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
         measurement: with the set-up of each test.
         config: that the set-ups differ from.
     """
-    applied = measurement.applied(config)
+    applied = [
+        still(one, EXPERIMENTS[test.experiment].dynamic)
+        for test, one in zip(measurement.tests, measurement.applied(config), strict=True)
+    ]
     ways = [
         stops.segments(measurement.rows(test.number), test.controls, test.sigma, measurement.policy)
         for test in measurement.tests

@@ -59,7 +59,9 @@ def unknowns(
         for cause in causes(measurement.lab(config), names, measurement.policy)
         if cause.name not in replaced and cameras.get(cause.name, True)
     ]  # fmt: skip
-    return [cause for cause in every_cause if all(map(effect(cause.name).possible, applied))]
+    moving = {"dynamic": any(one.experiment.dynamic for one in applied)}
+    there = [one.changed(experiment=moving) for one in applied]
+    return [cause for cause in every_cause if all(map(effect(cause.name).possible, there))]
 
 
 def _camera_errors(measurement: Measurement) -> dict[str, dict[str, float]]:

@@ -184,7 +184,8 @@ class Sensitivities:
     def _true(self) -> dict[str, float]:
         """The readings that have derivatives, without the distortions of instruments."""
         readings = self._rig.readings.values()
-        return {reading.column: reading.value() for reading in readings if reading.differentiable}
+        true = {reading.column: reading.value() for reading in readings if reading.differentiable}
+        return {**true, **self._rig.further()}
 
     def rest(self) -> None:
         """Store the derivatives at rest, where some readings and the plate's gap are zero."""

@@ -341,7 +341,8 @@ def build(
     inertia: Inertia | None = None
     if config.experiment.dynamic:
         scheme = config.solver.hht_alpha, config.solver.time_error_mm, added.inertia_from_s
-        inertia = Inertia(u, domain, densities(site), site.masses, *scheme)
+        moving_base = config.base.velocity_mm_s if config.base.time_s else None
+        inertia = Inertia(u, domain, densities(site), site.masses, *scheme, moving_base)
         loads.append(inertia.energy)
     motion = [] if inertia is None else [inertia]
     potential, terms = total_potential(config, site, solid, loads)

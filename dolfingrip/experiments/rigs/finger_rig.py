@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import ClassVar
 
@@ -45,7 +45,6 @@ class FingerRig(Rig):
         profile: takes the time of each phase.
 
     Attributes:
-        further: returns an experiment's further readings by column, without instruments' errors.
         hold: what holds the tip before it is let go; None if nothing does.
     """
 
@@ -68,7 +67,6 @@ class FingerRig(Rig):
         self._borne_kPa = 0.0  # pressure up to which a wrong forecast is not believed again
         self._greatest_stretch = np.inf if balloon is None else balloon.stretch
         self._balloons = "the walls balloon"  # in more words once the maximum is found
-        self.further: Callable[[], Mapping[str, float]] = dict
         self.hold: LetGo | None = None
 
     @classmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar, Final
@@ -55,15 +56,18 @@ def line_of(supply: AirLine) -> Line:
         exhaust,
         Restriction(MM3_PER_S_MPA * supply.tube_dm3_per_s_bar, supply.tube_b),
         MM3 * supply.tube_cm3,
-        Restriction.orifice(supply.leak_mm) if supply.leak_mm else None,
+        Restriction.orifice(supply.leak_mm) if supply.leak_mm or supply.leak_growth_mm2 else None,
         pump,
         MM3 * supply.tank_cm3 if tank else 0.0,
         supply.tank_kPa * KPA + ambient if tank else 0.0,
         supply.exponent,
         supply.duty,
         supply.band_kPa * KPA,
-        supply.gauge == "cavity",
+        supply.gauge_part,
         ambient,
+        leak_growth=Restriction.orifice(
+            2 * math.sqrt(supply.leak_growth_mm2 / math.pi)
+        ).conductance,
     )
 
 
@@ -114,7 +118,7 @@ def of_supply(model: Model, supply: AirSupply) -> list[Reading]:
     numbers = (
         lambda: gauge_kPa(SOURCE),
         lambda: gauge_kPa(TUBE),
-        lambda: gauge_kPa(CAVITY if air.line.at_cavity else TUBE),
+        lambda: air.line.gauged(gauge_kPa(TUBE), gauge_kPa(CAVITY)),
         lambda: float(air.now.flows[THROUGH] - air.now.flows[LEAK]) / MM3_PER_S,
         lambda: MG_PER_MM3 * supply.held_mm3(),
         supply.balance_error,

@@ -40,6 +40,7 @@ class Rig(ABC):
         place_load: the load that holds a place, which parameters change; None if none does.
         air: supply of the specimen's air, which begins at rest; None without one.
         held: called with that place (mm) once it is held, as a function of the model's state.
+        further: returns an experiment's further readings by column, without instruments' errors.
     """
 
     specimen_name: ClassVar[str]
@@ -57,6 +58,7 @@ class Rig(ABC):
         self.place_load: Perturbation | None = None
         self.air: AirSupply | None = None
         self.held: Callable[[Callable[[], float]], None] = lambda place_mm: None
+        self.further: Callable[[], Mapping[str, float]] = dict
         self._true: defaultdict[str, list[float]] = defaultdict(list)
 
     @property

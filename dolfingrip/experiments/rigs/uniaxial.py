@@ -60,19 +60,23 @@ class Stretching:
         strain: nominal strain at each stop.
         time_s: time of each stop.
         longest: largest change of strain in one load step.
+        cycle: number of the cycle of each stop; (): the first one all along.
     """
 
     strain: Sequence[float]
     time_s: Sequence[float]
     longest: float
+    cycle: Sequence[float] = ()
 
-    def load_steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """λ and the time at each load step's end, (load steps,), and which end at the stops."""
+    def load_steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """λ, time and cycle at each load step's end, (load steps,), and which end at the stops."""
         moves = np.abs(np.diff(self.strain, prepend=0.0))
         ends = np.cumsum(np.maximum(np.ceil(moves / self.longest - 1e-9), 1)).astype(int)
         number, at = np.arange(1, ends[-1] + 1), [0, *ends]
         along = 1 + np.interp(number, at, [0.0, *self.strain])
-        return along, np.interp(number, at, [self.time_s[0], *self.time_s]), ends - 1
+        told = self.time_s, self.cycle or [1.0] * len(self.strain)
+        time_s, cycle = (np.interp(number, at, [row[0], *row]) for row in told)
+        return along, time_s, cycle, ends - 1
 
 
 class UniaxialTension:
@@ -100,7 +104,7 @@ class UniaxialTension:
             ufl.as_matrix([[sides[i] if i == j else 0 for j in range(3)] for i in range(3)])
         )
         self._history = history = _InternalVariables()
-        clock = history.time_s, history.step_s
+        clock = history.time_s, history.step_s, history.cycle
         self._site = _Point(config, strain, base.mu, base.lmbda, *clock, history)
         density = config.extensions.strain_energy(base.energy, cast(Site, self._site))(strain)
         self._energy = Evaluation([density])
@@ -142,15 +146,15 @@ class UniaxialTension:
             for made, value in {**self._fixed, **self._site.values(parameters)}.items()
         }
         load_steps = [protocol.load_steps() for protocol in protocols]
-        count = max(len(along) for along, _, _ in load_steps)
+        count = max(len(along) for along, *_ in load_steps)
         # shorter protocols stay at their ends
-        along, clock = (
+        along, clock, cycle = (
             np.column_stack([np.pad(steps[i], (0, count - len(steps[i])), "edge")
                              for steps in load_steps]).repeat(bars, axis=1)
-            for i in (0, 1)
+            for i in (0, 1, 2)
         )  # fmt: skip
         start = np.repeat([protocol.time_s[0] for protocol in protocols], bars)
-        steps = _LoadSteps(along, clock, np.diff(clock, prepend=[start], axis=0))
+        steps = _LoadSteps(along, clock, np.diff(clock, prepend=[start], axis=0), cycle)
         with np.errstate(all="ignore"):  # bars without equilibrium
             across, axial = self._equilibrium(given, steps)
         lost = steps.lost(across, np.isfinite(axial))
@@ -160,7 +164,7 @@ class UniaxialTension:
                 stress[stops, place * bars : (place + 1) * bars].T,
                 width[stops, place * bars : (place + 1) * bars].T,
             )
-            for place, (_, _, stops) in enumerate(load_steps)
+            for place, (*_, stops) in enumerate(load_steps)
         ]
 
     def _equilibrium(
@@ -184,8 +188,7 @@ class UniaxialTension:
             for made, value in given.items()
         }
         symbols[self._along] = evaluate_many.variable(np.tile(steps.along.ravel(), 2), 1)
-        times = (self._history.time_s, steps.time_s), (self._history.step_s, steps.step_s)
-        for made, value in times:
+        for made, value in self._history.moments(steps.time_s, steps.step_s, steps.cycle):
             symbols[made] = evaluate_many.constant(np.tile(value.ravel(), 2), by_set=True)
         # no thinner than the bar, so that the first root is that of the branch from rest
         across = steps.along**-self._poisson
@@ -219,15 +222,15 @@ class UniaxialTension:
             for made, start in self._history.starts.items()
         }
         starts: dict[Expr, list[np.ndarray]] = {made: [] for made in here}
-        rows = steps.along, steps.time_s, steps.step_s, across
-        for along, time_s, step_s, thin in zip(*rows, strict=True):
+        rows = steps.along, across, steps.time_s, steps.step_s, steps.cycle
+        for along, thin, *moment in zip(*rows, strict=True):
             for made, value in here.items():
                 starts[made].append(value)
             symbols |= here
             symbols[self._along] = evaluate_many.variable(along, 1)
             symbols[self._across] = evaluate_many.variable(thin, 0)
-            symbols[self._history.time_s] = evaluate_many.constant(time_s, by_set=True)
-            symbols[self._history.step_s] = evaluate_many.constant(step_s, by_set=True)
+            for made, value in self._history.moments(*moment):
+                symbols[made] = evaluate_many.constant(value, by_set=True)
             ends = self._ends(symbols)
             here = {}
             for (variable, _), value in zip(self._history.ends, ends, strict=True):
@@ -240,11 +243,12 @@ class UniaxialTension:
 
 @dataclass(frozen=True, slots=True)
 class _LoadSteps:
-    """Stretch along each bar, time at its end, and duration, shape (load steps, bars) each."""
+    """Stretch along each bar, time at its end, duration and cycle, (load steps, bars) each."""
 
     along: np.ndarray
     time_s: np.ndarray
     step_s: np.ndarray
+    cycle: np.ndarray
 
     def lost(self, across: np.ndarray, solved: np.ndarray) -> np.ndarray:
         """Tell from which load step on a bar has no equilibrium.
@@ -261,9 +265,13 @@ class _InternalVariables:
     """Internal variables as symbols, with their values at a load step's end."""
 
     def __init__(self) -> None:
-        self.time_s, self.step_s = ufl.Constant(SOLID), ufl.Constant(SOLID)
+        self.time_s, self.step_s, self.cycle = (ufl.Constant(SOLID) for _ in range(3))
         self.starts: dict[Expr, np.ndarray] = {}
         self.ends: list[tuple[Expr, Expr]] = []
+
+    def moments(self, *values: np.ndarray) -> list[tuple[Expr, np.ndarray]]:
+        """Time, step and cycle as symbols, with their values."""
+        return list(zip((self.time_s, self.step_s, self.cycle), values, strict=True))
 
     def variable(self, initial: np.ndarray | float) -> Expr:
         start = np.asarray(initial, dtype=float)
@@ -285,6 +293,7 @@ class _Point:
     lmbda: Expr
     time_s: Expr
     step_s: Expr
+    cycle: Expr
     history: _InternalVariables
     parameters: dict[str, tuple[Expr, np.ndarray]] = field(default_factory=dict)
 

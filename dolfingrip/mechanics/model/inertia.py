@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from operator import add
@@ -57,6 +57,8 @@ class Inertia(Memory):
         alpha: α of the scheme.
         error_mm: error of a step that is allowed.
         from_s: time up to which it does nothing, as long as the solid moves quasi-statically.
+        base_mm_s: returns the velocity of what places are seen from, (3,), by the time (s); None:
+            it stands still.
 
     Attributes:
         motion: of this rank's dofs, ghosts included.
@@ -72,11 +74,13 @@ class Inertia(Memory):
         alpha: float = 0.0,
         error_mm: float = np.inf,
         from_s: float = 0.0,
+        base_mm_s: Callable[[float], np.ndarray] | None = None,
     ) -> None:
         self._u, self._error_mm, self._from_s = u, error_mm, from_s
         mesh, space = domain.mesh, u.function_space
         self.motion = TimeIntegrator("inertia", u.x.array, inertia.scheme(alpha))
         self._ahead = fem.Function(space)
+        self._base_mm_s = base_mm_s
         self._stiffness = fem.Constant(mesh, PETSc.ScalarType(0.0))
         parts = [
             (density, domain.volume(*names, quadrature_degree=2 * space.ufl_element().degree))
@@ -107,6 +111,10 @@ class Inertia(Memory):
     @cached_property
     def mass(self) -> PETSc.Mat:
         """The consistent mass matrix (t) of the meshed part, without regard to supports."""
+        return self.assembled_mass()
+
+    def assembled_mass(self) -> PETSc.Mat:
+        """Assemble the mass matrix with the present densities and reference configuration."""
         from dolfinx.fem import petsc
 
         matrix = petsc.assemble_matrix(to_assemble(self._mass))
@@ -124,9 +132,19 @@ class Inertia(Memory):
 
     def set_time(self, time_s: float, step_s: float) -> None:
         """Predict the step's end."""
-        self.motion.set_step(step_s if time_s > self._from_s else 0.0)
+        step_s = step_s if time_s > self._from_s else 0.0
+        self.motion.set_step(step_s, self._falls(time_s, step_s))
         self._ahead.x.array[:] = self.motion.ahead
         self._stiffness.value = self.motion.stiffness
+
+    def _falls(self, time_s: float, step_s: float) -> np.ndarray | float:
+        """Mean acceleration (mm/s²) in a step of what no force holds, seen from the base."""
+        if self._base_mm_s is None or not step_s:
+            return 0.0
+        gained = self._base_mm_s(time_s) - self._base_mm_s(time_s - step_s)
+        everywhere = fem.Function(self._u.function_space)
+        everywhere.interpolate(lambda x: np.outer(-gained / step_s, np.ones(x.shape[1])))
+        return np.asarray(everywhere.x.array)
 
     def step_error(self) -> float:
         """Error of the converged step by the allowed one."""

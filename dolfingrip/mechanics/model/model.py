@@ -177,6 +177,15 @@ class Model:
         for memory in self._remembering:
             memory.set_time(self.time_s, step_s)
 
+    def count(self, cycle_at: Callable[[float], float]) -> None:
+        """Tell all memories which cycle runs at a time.
+
+        Args:
+            cycle_at: returns the number of the cycle, from 1 on, by the time (s).
+        """
+        for memory in self._remembering:
+            memory.count(cycle_at)
+
     def step_error(self) -> float:
         """Largest error of the converged load step by the allowed one."""
         return max((memory.step_error() for memory in self._remembering), default=0.0)

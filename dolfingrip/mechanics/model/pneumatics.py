@@ -126,13 +126,14 @@ class Line:
         tube: between the tube's volume and the cavity.
         tube_mm3: volume of valve, tube and fittings.
         leak: from the cavity to the air around; None: it is tight.
+        leak_growth: by how much its conductance grows with each tenfold number of cycles.
         pump: the source; None: it is none.
         tank_mm3: volume of a tank as the source; 0: there is none.
         tank_MPa: its absolute pressure at first.
         exponent: n of the change of state: 1 isothermal, 1.4 adiabatic.
         duty: largest part of the time that an on-off valve is open.
         band_MPa: what the gauge lacks where the valve is fully open.
-        at_cavity: whether the gauge is at the cavity, else at the tube's valve.
+        gauge: its place by the tube's resistance: 0 at the cavity, 1 at the valve.
         ambient: absolute pressure of the air around (MPa).
         commanded: parts of valve and exhaust that are open; None: the gauge controls them.
     """
@@ -148,9 +149,10 @@ class Line:
     exponent: float = 1.0
     duty: float = 1.0
     band_MPa: float = 0.01
-    at_cavity: bool = False
+    gauge: float = 1.0
     ambient: float = AMBIENT_KPA / 1000
     commanded: tuple[float, float] | None = None
+    leak_growth: float = 0.0
 
     def filling_s(self, cavity_mm3: float) -> float:
         """Time in which valve and tube, choked, fill tube and cavity with air at rest.
@@ -160,6 +162,14 @@ class Line:
         """
         slowest = min(self.duty * self.valve.conductance, self.tube.conductance)
         return (cavity_mm3 + self.tube_mm3) / (REFERENCE_MPA * slowest)
+
+    def gauged(self, tube: float, cavity: float) -> float:
+        """Pressure at the gauge (MPa), which is linear along the tube.
+
+        Args:
+            tube, cavity: absolute pressures at its ends (MPa).
+        """
+        return self.gauge * tube + (1 - self.gauge) * cavity
 
     def opening(self, lacking: float) -> tuple[float, float]:
         """Parts of valve and exhaust that are open.
@@ -207,6 +217,7 @@ class Air:
         line: what the air flows through.
         now: the air at the present step's start.
         mean: flows in the step before, and rates of the invariants.
+        decades: logarithm to the base 10 of the number of the cycle.
         dead_mm3: volume beside the cavity with the pressure in it, as of a syringe; a syringe has
             no flow but the leak.
         syringe: whether the source is a syringe.
@@ -215,6 +226,7 @@ class Air:
     line: Line
     syringe: bool = False
     dead_mm3: float = 0.0
+    decades: float = 0.0
     now: Ends = field(init=False)
     mean: tuple[np.ndarray, np.ndarray] = field(init=False)
     _before_s: float = field(default=0.0, init=False)
@@ -360,10 +372,14 @@ class Air:
         """
         line = self.line
         source, tube, cavity = pressures
-        leak = line.leak.flow(cavity, line.ambient, (warm[CAVITY], 1.0)) if line.leak else 0.0
+        leak = 0.0
+        if line.leak:
+            grown = line.leak.conductance + self.decades * line.leak_growth
+            hole = Restriction(grown, line.leak.critical)
+            leak = hole.flow(cavity, line.ambient, (warm[CAVITY], 1.0))
         if self.syringe:
             return [0.0, 0.0, 0.0, leak]
-        part, out = line.opening(prescribed - (cavity if line.at_cavity else tube))
+        part, out = line.opening(prescribed - line.gauged(tube, cavity))
         valve = Restriction(part * line.valve.conductance, line.valve.critical)
         exhaust = Restriction(out * line.exhaust.conductance, line.exhaust.critical)
         between = warm[SOURCE if line.tank_mm3 else OUTSIDE], warm[TUBE]
@@ -376,6 +392,33 @@ class Air:
             entering, vented = (valve if source >= tube else exhaust).flow(source, tube, between), 0
         through = line.tube.flow(tube, cavity, (warm[TUBE], warm[CAVITY]))
         return [entering, vented, through, leak]
+
+    def exchanged(
+        self, pressures: Sequence[float], prescribed: float, shares: Sequence[float]
+    ) -> tuple[list[float], list[float], list[float], list[float]]:
+        """Flows, and what source, tube, cavity and the air around gain by them in a second.
+
+        Args:
+            pressures: absolute (MPa), (3,).
+            prescribed: absolute pressure that is asked for (MPa).
+            shares: p^(1/n) V of source, tube and cavity by their amounts of air, (3,).
+
+        Returns:
+            The flows; the gain of each place (mm³/s of free air); what enters it; and that times
+            its temperature by the reference.
+        """
+        n = self.line.exponent
+        ratios = zip((max(p, LEAST_MPA) for p in pressures), shares, strict=True)
+        warm = [*(p ** (1 - 1 / n) * share / REFERENCE_MPA for p, share in ratios), 1.0]
+        flows = self.flows(pressures, prescribed, warm)
+        gain, entered, warmth = [0.0] * 4, [0.0] * 4, [0.0] * 4
+        for (one, other), flow in zip(self.ways, flows, strict=True):
+            start, end, size = (one, other, flow) if flow > 0 else (other, one, -flow)
+            gain[start] -= size
+            gain[end] += size
+            entered[end] += size
+            warmth[end] += warm[start] * size
+        return flows, gain, entered, warmth
 
 
 @dataclass(slots=True)
@@ -422,20 +465,10 @@ class _Step:
         What leaves a volume takes the invariant with it as it is at the end. Temperatures are those
         of the change of state since the step's start.
         """
-        air, n, weight = self.air, self.air.line.exponent, self.step_s * (1 - self.old)
-        least = [max(pressure, LEAST_MPA) for pressure in pressures]
-        ratios = zip(least, self.shares, strict=True)
-        warm = [*(p ** (1 - 1 / n) * share / REFERENCE_MPA for p, share in ratios), 1.0]
-        flows = air.flows(pressures, self.prescribed, warm)
-        gain, entered, warmth = [0.0] * 4, [0.0] * 4, [0.0] * 4
-        for (one, other), flow in zip(air.ways, flows, strict=True):
-            start, end, size = (one, other, flow) if flow > 0 else (other, one, -flow)
-            gain[start] -= size
-            gain[end] += size
-            entered[end] += size
-            warmth[end] += warm[start] * size
+        n, weight = self.air.line.exponent, self.step_s * (1 - self.old)
+        flows, gain, entered, warmth = self.air.exchanged(pressures, self.prescribed, self.shares)
         amounts, invariants = [], []
-        for i, pressure in enumerate(least):
+        for i, pressure in enumerate(max(pressure, LEAST_MPA) for pressure in pressures):
             brought = weight * warmth[i] * REFERENCE_MPA
             before = self.amounts[i] + weight * entered[i]  # anything leaves
             amounts.append(self.amounts[i] + weight * gain[i])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -63,6 +63,13 @@ class Memory:
     A memory overrides the methods that it needs; the inherited ones do nothing.
     """
 
+    def count(self, cycle_at: Callable[[float], float]) -> None:
+        """Learn which cycle runs at a time.
+
+        Args:
+            cycle_at: returns the number of the cycle, from 1 on, by the time (s).
+        """
+
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the time at the load step's end and the step's length (s)."""
 
@@ -94,6 +101,7 @@ class History(Memory):
     Attributes:
         time_s: constant with the time at the load step's end.
         step_s: constant with the length of the load step; 0 if no time passes.
+        cycle: constant with the number of the cycle at the load step's end.
     """
 
     def __init__(self, u: fem.Function, degree: int) -> None:
@@ -102,6 +110,8 @@ class History(Memory):
         mesh = u.function_space.mesh
         self.time_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
         self.step_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self.cycle = fem.Constant(mesh, PETSc.ScalarType(1.0))
+        self._cycle_at: Callable[[float], float] = lambda time_s: 1.0
         self._variables: dict[str, fem.Function] = {}
         self._updates: list[tuple[fem.Function, AtPoints]] = []
 
@@ -121,9 +131,14 @@ class History(Memory):
 
     # -- as a memory -----------------------------------------------------------------------------
 
+    def count(self, cycle_at: Callable[[float], float]) -> None:
+        """Take the number of the cycle from there."""
+        self._cycle_at = cycle_at
+
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the constants."""
         self.time_s.value, self.step_s.value = time_s, step_s
+        self.cycle.value = self._cycle_at(time_s)
 
     def accept(self) -> None:
         """Update all variables at once from the values at the step's start."""

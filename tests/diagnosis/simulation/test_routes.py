@@ -167,7 +167,7 @@ def test_a_settled_cycle_is_read_again(tmp_path: Path) -> None:
     [
         ((), "curve"),
         (("mullins", "permanent_set", "plate_friction", "bellows_friction"), "settled"),
-        (("mullins", "line_lag"), "in_time"),
+        (("mullins", "set_point_logged"), "in_time"),
         (("prony",), "in_time"),
     ],
 )
@@ -192,7 +192,7 @@ def test_pulses_are_waits_apart(tmp_path: Path) -> None:
         ("extensions.wall_offset.offset_mm=0.1", True),
         ("extensions.prony.tau_s=[1.0]", False),
         ("extensions.plate_friction.mu=0.5", False),
-        ("extensions.line_lag.tau_s=0.1", False),
+        ("extensions.set_point_logged.tau_s=0.1", False),
     ],
 )
 def test_memory_and_clock(override: str, independent: bool) -> None:

@@ -1,4 +1,4 @@
-"""A thin, long line between regulator and cavity."""
+"""A log of set points, which the pressure follows late."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ from dolfingrip.extensions.effect import DirectCheck, Flow, Prior
 from dolfingrip.extensions.kinds import SupplyStage, lagging
 
 
-class LineLag(SupplyStage):
-    """A line through which the cavity fills with a delay.
+class SetPointLogged(SupplyStage):
+    """A log of set points, which the pressure follows late.
 
-    τ dp_out/dt = p_in − p_out, integrated exactly for a p_in that is linear in each load step. It
-    starts at rest. As τ goes to 0, p_out goes to p_in − τ dp_in/dt. In a step of no duration
-    nothing flows, and with τ = 0 the outlet is the inlet.
+    τ dp_out/dt = p_in − p_out, a regulator's response, integrated exactly for a p_in that is linear
+    in each load step. It starts at rest. As τ goes to 0, p_out goes to p_in − τ dp_in/dt. In a step
+    of no duration nothing flows, and with τ = 0 the outlet is the inlet. Valve, tube and cavity
+    that fill are no such response: the table ``[supply]`` has them, behind it.
 
-    Prior: 0.3 ± 0.3 s, for a metre of tube of 2 to 4 mm (engineering guess).
-    Fingerprint: angle and force lag behind the pressure reading by rate · τ. Loading and unloading
+    Prior: 0.3 ± 0.3 s, for a regulator, and a metre of tube of 2 to 4 mm where there is no
+    ``[supply]`` (engineering guess).
+    Fingerprint: angle and force lag behind the logged pressure by rate · τ. Loading and unloading
     form a loop, at 125 kPa ±23 % of the angle at 100 kPa/s and ±0.5 % at 2 kPa/s. It closes within
     a few τ of a wait and vanishes at slow rates.
     Confused with: viscoelasticity, which creeps at constant pressure over longer times; a sensor of
-    the angle that lags, which leaves the force as it is.
+    the angle that lags, which leaves the force as it is; a tube behind the gauge, through which a
+    soft, large cavity fills later than a small one.
     """
 
     place: ClassVar = 3
@@ -35,7 +38,7 @@ class LineLag(SupplyStage):
     )  # fmt: skip
 
     tau_s: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
-        0.3, ge=0, le=10_000, description="time constant of filling"
+        0.3, ge=0, le=10_000, description="time constant of the response"
     )
 
     def outlet_kPa(self, flow: Flow) -> float:
