@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import gmsh
 import numpy as np
 import pytest
+from mpi4py import MPI
+from support import hollow_box
 from support.command import run_command
 from support.example import EXAMPLES
 
@@ -17,7 +20,13 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import ballooning, run
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.material_fit.law import LAWS, balloon, limit_points
+from dolfingrip.experiments.rigs import finger_rig
+from dolfingrip.experiments.rigs.finger_rig import FingerRig
+from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.path.failure import FailureKind
+from dolfingrip.meshes import files
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.sections.tables import assignments
 
@@ -131,15 +140,16 @@ def test_a_volume_is_that_of_the_chambers_under_pressure(
         config.load(None, asked)
 
 
-def cylinder(file: Path) -> Path:
-    """A closed tube of 44 mm and 32 mm, walls and webs of 2 mm, four chambers, drawn by OCC."""
-    occ = gmsh.model.occ
+def cylinder(file: Path, length_mm: float) -> Path:
+    """A closed tube of 44 mm, walls and webs of 2 mm, four chambers, drawn by OCC."""
+    occ, inner_mm = gmsh.model.occ, length_mm - 8
     with session("cylinder"):
-        body, inside = (3, occ.addCylinder(0, 0, 0, 0, 0, 32, 22)), []
+        body, inside = (3, occ.addCylinder(0, 0, 0, 0, 0, length_mm, 22)), []
         for x in (-20, 1):
             for y in (-20, 1):
-                box = (3, occ.addBox(x, y, 4, 19, 19, 24))
-                inside += occ.intersect([(3, occ.addCylinder(0, 0, 4, 0, 0, 24, 20))], [box])[0]
+                whole = [(3, occ.addCylinder(0, 0, 4, 0, 0, inner_mm, 20))]
+                quarter = [(3, occ.addBox(x, y, 4, 19, 19, inner_mm))]
+                inside += occ.intersect(whole, quarter)[0]
         solid, _ = occ.cut([body], inside)
         occ.rotate(solid, 0, 0, 0, 0, 0, 1, math.pi / 4)
         occ.synchronize()
@@ -147,11 +157,9 @@ def cylinder(file: Path) -> Path:
     return file
 
 
-@pytest.fixture(scope="module")
-def soft(tmp_path_factory: pytest.TempPathFactory) -> Config:
+def soft(folder: Path, length_mm: float) -> Config:
     """The adopted cylinder of silicone, one chamber of four under pressure."""
-    folder = tmp_path_factory.mktemp("cylinder")
-    part = cylinder(folder / "part.step")
+    part = cylinder(folder / "part.step", length_mm)
     asked = ["--clamp", "0,0,0", "--size-mm", "4.9", "--out", str(folder / "out")]
     assert run_command("adopt", str(part), *asked) == 0
     shut = {f"cavity.cavity_{k}.pressure_ratio": 0.0 for k in (2, 3, 4)}
@@ -161,20 +169,21 @@ def soft(tmp_path_factory: pytest.TempPathFactory) -> Config:
 
 
 @pytest.mark.slow
-def test_a_soft_cylinder_says_where_its_wall_balloons(soft: Config) -> None:
+def test_a_soft_cylinder_says_where_its_wall_balloons(tmp_path: Path) -> None:
     """A limit point after few iterations, whatever the step; the same pressure by the volume.
 
     Reference: the greatest of the pressures under volume control, readings of which are half a
     volume apart, so 1 % may lie between them.
     """
+    asked = soft(tmp_path, 32)
     volume = {"control": "volume", "max_volume_ratio": 4.5, "step_volume_ratio": 0.5}
-    inflated = run("bending", soft.changed(experiment=volume))
+    inflated = run("bending", asked.changed(experiment=volume))
     assert inflated.failure is None
     pressures = inflated.column("pressure_kPa")
     print(pressures)
     assert 2 < pressures.argmax() < len(pressures) - 1
     for step_kPa in (10.0, 20.0):
-        found = run("bending", soft.changed(experiment={"step_kPa": step_kPa}))
+        found = run("bending", asked.changed(experiment={"step_kPa": step_kPa}))
         assert found.failure is not None
         said = found.failure.sentence()
         print(said, found.column("largest_stretch"), found.facts.newton.iterations)
@@ -187,3 +196,45 @@ def test_a_soft_cylinder_says_where_its_wall_balloons(soft: Config) -> None:
         assert found.failure.last_good["pressure_kPa"] == pytest.approx(pressure, rel=5e-3)
         assert stretch > found.column("largest_stretch")[-1]
         assert found.facts.newton.iterations < 120
+
+
+def test_one_search_tells_of_all_readings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Up to the pressure that is found the forecast is not believed again; above, it is sought."""
+    files.write(tmp_path / "box.msh", hollow_box.mesh())
+    asked = {**ADOPTED, "mesh.file": str(tmp_path / "box.msh")}
+    rig = FingerRig.built(config.load(None, asked), MPI.COMM_SELF, Profile(), plate=False)
+    forecast = ballooning.forecast(config.load(None, asked))
+    assert forecast is not None
+    near_kPa = forecast.pressure_kPa / 2  # it is good to a factor of two
+    assert [rig.foreseen({"pressure_kPa": p * near_kPa}) for p in (0.9, 1.1)] == [False, True]
+    sought: list[float] = []
+
+    def greatest(model: Model, pressure: Control, *rest: Any) -> tuple[float, State]:
+        sought.append(rest[2])
+        return 18.0, model.state()
+
+    monkeypatch.setattr(finger_rig, "greatest", greatest)
+    assert not rig.passable({"pressure_kPa": 15.0})  # 18 kPa are borne
+    assert [rig.foreseen({"pressure_kPa": p}) for p in (17.9, 18.1)] == [False, True]
+    assert rig.passable({"pressure_kPa": 19.0})
+    assert sought == [20.0, 20.0]  # as far as the run goes
+
+
+@pytest.mark.slow
+def test_a_part_that_is_asked_for_more_than_it_bears_in_one_step_says_so_at_once(
+    tmp_path: Path,
+) -> None:
+    """The search goes as far as the reading, and not as far as the first step towards it.
+
+    Reference: 23.80 kPa, the greatest of the readings half a volume apart under volume control
+    (``experiment.control = "volume"``), between which 1 % may lie.
+    """
+    once = {"max_pressure_kPa": 30.0, "step_kPa": 30.0}
+    found = run("bending", soft(tmp_path, 22).changed(experiment=once))
+    assert found.failure is not None
+    said = found.failure.sentence()
+    print(said, found.facts.newton.iterations)
+    told = re.search(r"the walls of cavity balloon at ([\d.]+) kPa, stretch ([\d.]+)", said)
+    assert told is not None, said
+    assert float(told[1]) == pytest.approx(23.80, rel=0.01)
+    assert found.facts.newton.iterations < 120

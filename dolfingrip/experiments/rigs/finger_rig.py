@@ -64,7 +64,8 @@ class FingerRig(Rig):
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
         balloon = ballooning.forecast(config)
         self._forecast_kPa = np.inf if balloon is None else balloon.pressure_kPa
-        self._borne_kPa = 0.0  # pressure up to which a wrong forecast is not believed again
+        self._highest_kPa = ballooning.highest_kPa(config)
+        self._borne_kPa = 0.0  # pressure up to which the forecast is not believed again
         self._greatest_stretch = np.inf if balloon is None else balloon.stretch
         self._balloons = "the walls balloon"  # in more words once the maximum is found
         self.hold: LetGo | None = None
@@ -215,7 +216,7 @@ class FingerRig(Rig):
         said = protocol.advice(self._config, self._volume_mm3() / self._rest_mm3)
         if automatic or failure.kind is FailureKind.LIMIT_POINT:
             return said
-        if failure.last_good["pressure_kPa"] < self._forecast_kPa / 2:
+        if failure.last_good["pressure_kPa"] < SOONEST * self._forecast_kPa:
             return ""
         return f"the walls may balloon, near {self._forecast_kPa:.2g} kPa by estimate; {said}"
 
@@ -252,7 +253,7 @@ class FingerRig(Rig):
         return perturbations(parameters, config, self._finger)
 
     def foreseen(self, attempted: Mapping[str, float]) -> bool:
-        """Return whether walls are forecast to balloon below a pressure.
+        """Return whether walls may balloon below a pressure, by the forecast.
 
         Folds that touch may hold a finger in another stable state, which is looked for unless the
         pressure is far beyond the forecast.
@@ -261,14 +262,15 @@ class FingerRig(Rig):
         if not self._by_pressure or not (config.snaps or config.control == "auto"):
             return False
         folds = self._config.geometry.gaps().intervals
-        near = (PAST if folds else ballooning.NEAR) * self._forecast_kPa
+        near = (PAST if folds else SOONEST) * self._forecast_kPa
         return attempted["pressure_kPa"] > max(near, self._borne_kPa)
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Return whether equilibrium goes on at a falling pressure beyond this state.
 
-        A finger that may jump is left at the greatest pressure, where no stage of a supply is in
-        between.
+        Where walls may balloon it looks as far as the run is asked to go, so that one search tells
+        it for all readings. A finger that may jump is left at the greatest pressure, where no stage
+        of a supply is in between.
         """
         finger, ratio = self._finger, self._config.cavity.ratio
         driven = [name for name in finger.site.domain.cavities if ratio(name)]
@@ -277,8 +279,13 @@ class FingerRig(Rig):
         if self._config.experiment.control == "auto":
             return self.foreseen(attempted)  # the volume is controlled soon, or now
         model, good, fall = finger.model, finger.model.state(), BALLOONS if self.jumps else FALL
-        settings = self._config.solver, attempted["pressure_kPa"], fall
+        wanted_kPa, foreseen = attempted["pressure_kPa"], self.foreseen(attempted)
+        sought_kPa = max(wanted_kPa, self._highest_kPa) if foreseen else wanted_kPa
+        settings = self._config.solver, sought_kPa, fall
         peak = greatest(model, finger.cavity, finger.driven, *settings, self._stretched)
+        if peak is not None and peak[0] > wanted_kPa:
+            self._borne_kPa = peak[0]
+            return False
         if peak is not None and self.jumps:
             pressure_kPa, top = peak
             model.restore(top)
@@ -288,8 +295,8 @@ class FingerRig(Rig):
             self._balloons = "; ".join([said, *of_law(self._config, stretch)])
             if top.controls["pressure_kPa"] != pressure_kPa:
                 model.restore(good)
-        elif self.foreseen(attempted):  # the forecast is good to a factor of two
-            self._borne_kPa = 2 * attempted["pressure_kPa"]
+        elif foreseen:
+            self._borne_kPa = 2 * wanted_kPa
         return peak is not None
 
     def _largest_stretch(self) -> float:
@@ -304,6 +311,10 @@ class FingerRig(Rig):
 BALLOONS, FALL = 0.01, 1e-4
 """Part of the greatest pressure by which it falls beyond a limit point: of a finger that may jump,
 as a fold that snaps makes it fall less, and of one that does not."""
+
+SOONEST = 0.5
+"""Pressure by that at which walls are forecast to balloon, from which on they may: the forecast is
+good to a factor of two."""
 
 PAST = 1.25
 """Pressure by that at which walls are forecast to balloon, from which on folds do not help."""

@@ -70,9 +70,9 @@ class LoadPath:
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load. It may leave the model at the state
             of the greatest load, which is then the last good one.
-        foreseen: called with the controls of a step; returns whether the load is
-            forecast to turn before them. Then ``passable`` is called before the step is tried,
-            without damping after it was tried in few iterations.
+        foreseen: called with a target, without damping with the controls of a step; returns whether
+            the load is forecast to turn before them. Then ``passable`` is called before a step is
+            tried, without damping after it was tried in few iterations.
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
@@ -139,8 +139,8 @@ class LoadPath:
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
             reach = 1.0 if noted else self._next(done, distance)
-            if self._damped and self._turns is None and self._foreseen(at(reach)):
-                self._turns = self._passable(at(reach))
+            if self._damped and self._turns is None and self._foreseen(target):
+                self._turns = self._passable(target)
                 if self._turns:
                     failure = self._failed(FailureKind.LIMIT_POINT, target)
                     return Arrival(iterations, steps, failure)
