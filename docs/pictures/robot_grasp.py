@@ -15,6 +15,8 @@ import mujoco
 import numpy as np
 from PIL import Image
 
+from dolfingrip.robot.control import JointLaws
+
 DOCS = Path(__file__).resolve().parent.parent
 PRESSURE_KPA, LIFT_M, EVERY = 150.0, 0.03, 80
 TIMES_S, KPA, LIFTS_M = (0.0, 2.0, 2.5, 3.5, 4.0), (0, 1, 1, 1, 1), (0, 0, 0, 1, 1)
@@ -24,11 +26,12 @@ SHOWN_S = (0.0, 1.2, 2.4, 3.9)
 def frames(folder: Path) -> dict[float, Image.Image]:
     """Pictures of the scene by their time."""
     model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
-    data, found = mujoco.MjData(model), {}
+    data, found, laws = mujoco.MjData(model), {}, JointLaws(folder / "robot.json")
     mujoco.mj_forward(model, data)
     with mujoco.Renderer(model, 300, 360) as renderer:
         while data.time < TIMES_S[-1]:
             if round(data.time / model.opt.timestep) % EVERY == 0:
+                model.skin_rgba[:, :3] = laws.colour(data.sensor("pressure_kPa").data[0])
                 renderer.update_scene(data, camera="front")
                 found[data.time] = Image.fromarray(renderer.render())
             data.actuator("pressure_kPa").ctrl = PRESSURE_KPA * np.interp(data.time, TIMES_S, KPA)

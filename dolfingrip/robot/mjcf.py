@@ -312,8 +312,8 @@ def scene(food: Food, body: GraspedBody, included: str) -> str:
     )  # fmt: skip
     model.add("worldbody", "light", pos=(0, -0.5, 1), dir=(0, 0.5, -1))
     model.add(
-        "worldbody", "camera", name="front", pos=(0.09, -0.33, 0.11), fovy=35,
-        xyaxes=(0.966, 0.259, 0, -0.045, 0.17, 0.984),
+        "worldbody", "camera", name="front", pos=(-0.232, -0.277, 0.177), fovy=35,
+        xyaxes=(0.766, -0.643, 0, 0.199, 0.237, 0.951),
     )  # fmt: skip
     contact = {"contype": str(OTHERS), "conaffinity": str(ALL), **CONTACT}
     model.add(

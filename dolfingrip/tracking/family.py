@@ -118,8 +118,15 @@ def simulate(config: Config, progress: Callable[[int, int], None]) -> Family:
     from dolfingrip.experiments.loop import run  # dots and tags need no solver
 
     most = BEYOND * config.experiment.max_pressure_kPa
-    changed = {"max_pressure_kPa": most, "step_kPa": most / STEPS, "unload": False, "cycles": 1}
-    experiment = config.experiment.model_copy(update=changed)
+    if most <= 0:
+        key = f"experiment.max_pressure_kPa = {config.experiment.max_pressure_kPa:g}"
+        raise ConfigError(f"{key}: allowed with --silhouette: above 0 kPa")
+    experiment = config.experiment.model_copy(
+        update={
+            "max_pressure_kPa": most, "min_pressure_kPa": 0.0, "step_kPa": most / STEPS,
+            "unload": False, "cycles": 1,
+        }
+    )  # fmt: skip
     rows = [0.0]
 
     def count(row: object) -> None:
@@ -129,8 +136,8 @@ def simulate(config: Config, progress: Callable[[int, int], None]) -> Family:
     with TemporaryDirectory() as folder:
         softer = config.model_copy(update={"experiment": experiment})
         result = run("bending", softer, out=folder, progress=count)
-        if len(result.rows) < 3:
-            why = result.failure.sentence() if result.failure else "it is read at less than 3"
+        if result.failure is not None and len(result.rows) < 3:
+            why = result.failure.sentence()
             raise ConfigError(f"--silhouette: no shapes of the finger: {why}")
         mesh, moves, _ = read_steps(list_steps(Path(folder) / "fields.pvd"))
     skin = extract_skin(mesh)

@@ -341,6 +341,26 @@ def test_the_diagnosis_begins_with_the_answer_and_what_was_measured(
     assert bars[:2] == ["yeoh", "0.90"]
 
 
+def test_sentences_of_a_table_begin_below_their_heading(seen: Opened) -> None:
+    """A short one, too; numbers end below theirs."""
+    seen.page.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
+    found = seen.page.evaluate("""() => [...document.querySelectorAll('.wide > table:not(.trust)')]
+      .map((table) => [...table.rows].map((row) => [...row.cells].map((cell) =>
+        [getComputedStyle(cell).textAlign, cell.innerText.length])))""")
+    seen.page.evaluate("for (const each of document.querySelectorAll('details')) each.open = false")
+    sides = set()
+    for heading, *rows in found:
+        for (side, _), *cells in zip(heading, *rows, strict=True):
+            longest = max((length for _, length in cells), default=0)
+            sides.add((side, longest > 23))
+            assert {each for each, _ in cells} <= {side}
+    assert (
+        {("left", True), ("right", False)}
+        <= sides
+        <= {("left", True), ("right", False), ("left", False)}
+    )
+
+
 def test_no_probability_reads_one(tmp_path: Path) -> None:
     write_diagnosis(tmp_path / "diagnosed")
     file = tmp_path / "diagnosed" / DiagnosisFile.FILE

@@ -201,3 +201,13 @@ def test_a_video_of_another_finger_than_the_simulated_one_is_read(tmp_path: Path
     assert np.sqrt(((frames["angle_deg"] - angle) ** 2).mean()) < 0.6
     assert "markers = 5" in (tmp_path / "out" / "film.toml").read_text()
     assert (tmp_path / "out" / "overlay.mp4").exists()
+
+
+@pytest.mark.parametrize("ends_kPa", [(-60.0, 0.0), (0.0, -60.0)])
+def test_suction_gives_no_shapes_to_start_from(ends_kPa: tuple[float, float]) -> None:
+    """The only pressure is below that of the air."""
+    keys = ("experiment.max_pressure_kPa", "experiment.min_pressure_kPa")
+    config = load(None, dict(zip(keys, ends_kPa, strict=True)))
+    said = rf"^experiment\.max_pressure_kPa = {ends_kPa[0]:g}: allowed with --silhouette: above 0"
+    with pytest.raises(ConfigError, match=said):
+        family.simulate(config, lambda *_: None)
