@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import scipy.linalg
 import tomlkit
+from support import small
 from support.stiffened import stiffened
 
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
@@ -139,6 +140,8 @@ SHORT: Final = (
     "mesh.size_mm=6", "mesh.edge_size_mm=4", "finger.length_mm=38", "finger.bellows=2",
 )  # fmt: skip
 """Two bellows, coarsely meshed by the analyser."""
+FEW: Final = (*SHORT, *small.FEW)
+"""The same on half the elements; folds are not looked at, as they do not touch up to 50 kPa."""
 SHORT_MESH: Final = ("solver.element=P2", "mesh.size_mm=5", "mesh.edge_size_mm=3")
 MESH: Final = (
     "solver.element=S2", "mesh.size_mm=3", "mesh.edge_size_mm=0.125",
@@ -166,10 +169,13 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
                  once=True),
         Protocol("rich", (), MESH, (), {**dict.fromkeys(FREE, _LONG), "coupon": _PULLED}, RICH,
                  once=True),
+        Protocol("few", FEW, SHORT_MESH, SHORT_MESH, dict.fromkeys(FREE, _SHORT), FREE,
+                 gap_mm=0.1, offset_std_kPa=0.2, gap_std_mm=0.03, noise=0.5),
     )
 }  # fmt: skip
 """``short``: two bellows, free and blocked, up and down. ``reference``: the same of the reference
-finger. ``rich``: with two more cycles, the second ten times as slow, a wait, tip and coupon."""
+finger. ``rich``: with two more cycles, the second ten times as slow, a wait, tip and coupon.
+``few``: as ``short`` on half the elements, for continuous integration."""
 
 
 def configured(protocol: Protocol, truth: Truth) -> Config:
