@@ -141,7 +141,7 @@ SHORT: Final = (
 )  # fmt: skip
 """Two bellows, coarsely meshed by the analyser."""
 FEW: Final = (*SHORT, *small.FEW)
-"""The same on half the elements: its folds do not touch below 50 kPa, and are not looked at."""
+"""The same on half the elements; folds are not looked at, as they do not touch up to 50 kPa."""
 SHORT_MESH: Final = ("solver.element=P2", "mesh.size_mm=5", "mesh.edge_size_mm=3")
 MESH: Final = (
     "solver.element=S2", "mesh.size_mm=3", "mesh.edge_size_mm=0.125",
@@ -174,8 +174,8 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
     )
 }  # fmt: skip
 """``short``: two bellows, free and blocked, up and down. ``reference``: the same of the reference
-finger. ``rich``: with two more cycles, the second ten times as slow, a wait, tip and coupon. ``few``: as ``short``,
-on few elements, for continuous integration."""
+finger. ``rich``: with two more cycles, the second ten times as slow, a wait, tip and coupon.
+``few``: as ``short`` on half the elements, for continuous integration."""
 
 
 def configured(protocol: Protocol, truth: Truth) -> Config:
