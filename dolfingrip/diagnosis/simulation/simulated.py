@@ -66,6 +66,8 @@ class SimulationGroup:
         if section != "extensions":
             return True
         kind = effect(name.partition(".")[0])
+        if kind.by_decades and max(self.in_time.cycle) < 10:
+            return False
         felt: bool = kind.felt_on(EXPERIMENTS[self.experiment].parts)
         return felt and (self.experiment != "bending" or kind.felt_in_bending(self.config))
 
