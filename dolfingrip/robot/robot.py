@@ -178,7 +178,7 @@ class Robot:
             Pressure (kPa) in the finger at these times, (n,); from rest.
 
         Raises:
-            ConfigError: one line: a syringe, times that do not rise, or an earlier file.
+            ConfigError: one line: a syringe, times that do not rise, or several cavities.
         """
         file = self.file
         if supply.source == "syringe":
@@ -187,9 +187,7 @@ class Robot:
             told = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
             raise ConfigError(f"{told}: allowed: two or more, as many of both; times that rise")
         if not file.volume_mm3:
-            raise ConfigError(
-                "robot.json: volume_mm3: none; allowed: of this version of dolfingrip"
-            )
+            raise ConfigError("robot.json: volume_mm3: none; allowed: of a finger of one cavity")
         pressures, volumes = np.array(file.free_kPa), np.array(file.volume_mm3)
         return filled_kPa(RestingFinger(pressures, volumes, pressures), supply, time_s, set_kPa)
 
