@@ -184,8 +184,8 @@ class Robot:
         if supply.source == "syringe":
             raise ConfigError('supply.source = "syringe": allowed: "ideal", "pump", "tank"')
         if len(time_s) < 2 or len(time_s) != len(set_kPa) or not (np.diff(time_s) > 0).all():
-            told = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
-            raise ConfigError(f"{told}: allowed: two or more, as many of both; times that rise")
+            lengths = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
+            raise ConfigError(f"{lengths}: allowed: two or more, as many of both; times that rise")
         if not file.volume_mm3:
             raise ConfigError("robot.json: volume_mm3: none; allowed: of a finger of one cavity")
         pressures, volumes = np.array(file.free_kPa), np.array(file.volume_mm3)
