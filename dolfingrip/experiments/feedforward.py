@@ -230,7 +230,7 @@ def _resting(config: Config, highest_kPa: float) -> RestingFinger:
             "unload": False, "hold_s": 0.0, "rest_s": 0.0}  # fmt: skip
     data = config.opened(["experiment"])
     data["experiment"] = {**data["experiment"], **ramp}
-    for section in ("supply", "protocol", "release"):
+    for section in ("supply", "protocol", "release", "base"):
         data.pop(section, None)
     result = run("bending", checked(type(config), data))
     if result.failure is not None:

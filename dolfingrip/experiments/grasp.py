@@ -116,6 +116,7 @@ class Grasp(Experiment):
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
         config.release.refuse("a grasp")
+        config.base.refuse("a grasp")
         if config.supply is not None and config.supply.source == "syringe":
             raise ConfigError('supply.source = "syringe": a grasp: allowed: another source')
         dynamic, gripper = config.experiment.dynamic, config.gripper

@@ -42,6 +42,7 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
     if config.supply is not None:
         raise ConfigError(f"{suffix}: no supply of air; allowed: without [supply]")
     config.release.refuse(suffix)
+    config.base.refuse(suffix)
     if one_material and config.material.own:
         name = config.material.own[0]
         raise ConfigError(f"{suffix}: no material.{name}; allowed: one material")

@@ -271,6 +271,8 @@ class Effect(Section):
         neutral: values of its parameters at which it has no effect; default: the first one at 0.
         mixed: whether its energy is also valid with a pressure field (element ``P2-P1``).
         clock: whether its readings depend on time.
+        by_decades: whether it follows the logarithm of cycles: fewer than ten show nothing of it
+            that softening in the first ones does not.
         tried: whether a diagnosis tries it as a cause.
         told: how a laboratory tells it that never knows it exactly: every hypothesis fits it, and
             it is a cause where it is implausible. Of others the key is empty.
@@ -296,6 +298,7 @@ class Effect(Section):
     place: ClassVar[int] = 0
     neutral: ClassVar[Mapping[str, Any]]
     clock: ClassVar[bool] = False
+    by_decades: ClassVar[bool] = False
     tried: ClassVar[bool] = True
     told: ClassVar[LabNumber] = NEVER
     told_by: ClassVar[Mapping[str, LabNumber]] = {}

@@ -35,6 +35,7 @@ class Fatigue(Effect):
     kind: ClassVar = "dissipative"
     place: ClassVar = 4
     clock: ClassVar = True
+    by_decades: ClassVar = True
     neutral: ClassVar = {"softening": 0.0, "g": 0.0}
     alike: ClassVar = ("yield_strain",)
 

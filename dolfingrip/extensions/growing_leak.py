@@ -25,6 +25,7 @@ class GrowingLeak(AirLineChange):
     """
 
     clock: ClassVar = True
+    by_decades: ClassVar = True
 
     area_mm2: Annotated[float, Prior(0.01, 0.01, "engineering guess", positive=True)] = Field(
         0.01, ge=0, le=50, description="by which it grows in a decade of cycles"

@@ -136,7 +136,7 @@ class RobotFile(ResultFile):
     )
     valid: Validity
     free_kPa: tuple[float, ...] = Field((), description="pressures of the free finger at rest")
-    volume_mm3: tuple[float, ...] = Field((), description="of its cavities there")
+    volume_mm3: tuple[float, ...] = Field((), description="of its cavity there; none of several")
     comparisons: tuple[QuantityError, ...]
     levels_mm: tuple[float, ...] = Field((), description="z of the shapes' sections at rest")
     shapes: tuple[FreeShape, ...] = Field((), description="from the lowest pressure on")

@@ -175,7 +175,7 @@ def _robot(
             ended=tuple(run.failure for run in (free, *loaded) if run.failure),
         ),
         free_kPa=tuple(free.pressure_kPa),
-        volume_mm3=tuple(free.volume_mm3),
+        volume_mm3=tuple(free.volume_mm3[np.isfinite(free.volume_mm3)]),
         comparisons=(),
         accuracy=accuracy,
         simulated_s=sum(run.wall_s for run in (free, *loaded)),

@@ -178,18 +178,16 @@ class Robot:
             Pressure (kPa) in the finger at these times, (n,); from rest.
 
         Raises:
-            ConfigError: one line: a syringe, times that do not rise, or an earlier file.
+            ConfigError: one line: a syringe, times that do not rise, or several cavities.
         """
         file = self.file
         if supply.source == "syringe":
             raise ConfigError('supply.source = "syringe": allowed: "ideal", "pump", "tank"')
         if len(time_s) < 2 or len(time_s) != len(set_kPa) or not (np.diff(time_s) > 0).all():
-            told = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
-            raise ConfigError(f"{told}: allowed: two or more, as many of both; times that rise")
+            lengths = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
+            raise ConfigError(f"{lengths}: allowed: two or more, as many of both; times that rise")
         if not file.volume_mm3:
-            raise ConfigError(
-                "robot.json: volume_mm3: none; allowed: of this version of dolfingrip"
-            )
+            raise ConfigError("robot.json: volume_mm3: none; allowed: of a finger of one cavity")
         pressures, volumes = np.array(file.free_kPa), np.array(file.volume_mm3)
         return filled_kPa(RestingFinger(pressures, volumes, pressures), supply, time_s, set_kPa)
 

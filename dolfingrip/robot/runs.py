@@ -67,7 +67,7 @@ class FingerRun:
         pressure_kPa: (stops,).
         angle_rad: (stops,) of the tip.
         force_N: (stops,) on the plate; 0 where there is none.
-        volume_mm3: (stops,) of the cavities.
+        volume_mm3: (stops,) of the cavity; NaN where there are several.
         stiffness_x, stiffness_y: (stops,) of the free tip (N/mm); NaN where they were not read.
         levels_mm: (sections,) places z of the sections at rest, from clamp to tip.
         back_mm: (sections,) least x of the finger at rest near each section.
@@ -286,7 +286,7 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
         pressure_kPa=columns[PRESSURE.name],
         angle_rad=np.radians(columns[ANGLE.name]),
         force_N=columns[FORCE.name] if blocked else np.zeros(stops),
-        volume_mm3=columns[CAVITY_VOLUME.name],
+        volume_mm3=columns.get(CAVITY_VOLUME.name, nothing),
         stiffness_x=columns.get(STIFFNESSES[0].name, nothing),
         stiffness_y=columns.get(STIFFNESSES[1].name, nothing),
         levels_mm=np.array(data["levels_mm"]),

@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.procedure import Times
 from dolfingrip.sections.section import PURE, Numbers, Refusal, Role, Section, Vector
 
@@ -25,6 +26,18 @@ class BaseMotion(Section):
     direction: Annotated[Vector, PURE] = Field(
         (1.0, 0.0, 0.0), description="of the acceleration; z is from clamp to tip"
     )
+
+    def refuse(self, who: str) -> None:
+        """Refuse a base that moves.
+
+        Args:
+            who: does not follow it.
+
+        Raises:
+            ConfigError: one line, if it moves.
+        """
+        if self.time_s:
+            raise ConfigError(f"base.time_s: {who} has a base at rest; allowed: without it")
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""

@@ -57,13 +57,17 @@ def test_a_table_of_frequencies_is_read(tmp_path: Path) -> None:
     row = dict.fromkeys(NOISE, 0.5)
     mass = f"[extensions.tip_mass]\nmass_g = {HEAVY_G}\n"
     file = measured(tmp_path, "heavy", row, mass)
-    moving = beam(tmp_path, 40.0, experiment__dynamic=True, release__held_x_mm=0.0)
+    moving = beam(
+        tmp_path, 40.0, experiment__dynamic=True, release__held_x_mm=0.0, base__time_s=[0.0, 1.0],
+        base__acceleration_m_s2=[0.0, 1.0],
+    )  # fmt: skip
     measurement = read([file], moving)
     assert {*measurement.listed["column"]} == {*NOISE}
     (there,), (group,) = measurement.applied(moving), groups(measurement, moving)
     assert there.experiment.dynamic
     assert not group.config.experiment.dynamic
     assert not group.config.release.acts
+    assert not group.config.base.time_s
     assert group.config.extensions.tip_mass.mass_g == HEAVY_G
 
 

@@ -9,6 +9,7 @@ from support import small
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
+from dolfingrip.experiments.request import Request
 from dolfingrip.sections.base_motion import BaseMotion
 
 FREE = ("mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false",
@@ -55,3 +56,12 @@ def test_velocity_is_the_integral_of_the_acceleration() -> None:
 def test_refusals(keys: tuple[str, ...], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         small.short(*keys)
+
+
+def test_a_grasp_has_a_base_at_rest() -> None:
+    moving = small.short(
+        "experiment.dynamic=true", "gripper.lift_acceleration_m_s2=1", "base.time_s=[0, 1]",
+        "base.acceleration_m_s2=[0, 1]",
+    )  # fmt: skip
+    with pytest.raises(ConfigError, match=r"base.time_s: a grasp has a base at rest"):
+        Request.of("grasp", moving)

@@ -66,6 +66,8 @@ class SimulationGroup:
         if section != "extensions":
             return True
         kind = effect(name.partition(".")[0])
+        if kind.by_decades and max(self.in_time.cycle) < 10:
+            return False
         felt: bool = kind.felt_on(EXPERIMENTS[self.experiment].parts)
         return felt and (self.experiment != "bending" or kind.felt_in_bending(self.config))
 
@@ -97,8 +99,8 @@ def still(config: Config, follows: bool) -> Config:
     """
     if follows or not config.experiment.dynamic:
         return config
-    none = {"held_x_mm": None, "load_x_N": 0.0}
-    return config.changed(experiment={"dynamic": False}, release=none)
+    held, moves = {"held_x_mm": None, "load_x_N": 0.0}, {"time_s": (), "acceleration_m_s2": ()}
+    return config.changed(experiment={"dynamic": False}, release=held, base=moves)
 
 
 def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:

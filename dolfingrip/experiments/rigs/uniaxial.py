@@ -74,8 +74,8 @@ class Stretching:
         ends = np.cumsum(np.maximum(np.ceil(moves / self.longest - 1e-9), 1)).astype(int)
         number, at = np.arange(1, ends[-1] + 1), [0, *ends]
         along = 1 + np.interp(number, at, [0.0, *self.strain])
-        told = self.time_s, self.cycle or [1.0] * len(self.strain)
-        time_s, cycle = (np.interp(number, at, [row[0], *row]) for row in told)
+        clocks = self.time_s, self.cycle or [1.0] * len(self.strain)
+        time_s, cycle = (np.interp(number, at, [row[0], *row]) for row in clocks)
         return along, time_s, cycle, ends - 1
 
 
