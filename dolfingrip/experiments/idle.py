@@ -16,7 +16,7 @@ from dolfingrip.sections import errors, tables
 
 
 class Need(NamedTuple):
-    """What a key needs beside it to have an effect.
+    """Another setting, without which a key does nothing.
 
     Attributes:
         met: whether a configuration has it.
