@@ -16,12 +16,15 @@ from support.command import run_command
 
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import run
+from dolfingrip.experiments.idle import idle
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes import files
 from dolfingrip.sections.errors import bare
 from dolfingrip.sections.geometry.index import GEOMETRIES
+from dolfingrip.sections.section import Section
 
 kinds = pytest.mark.parametrize("kind", GEOMETRIES)
 
@@ -159,3 +162,110 @@ def test_a_campaign_varies_no_dimension_of_a_file(
         assert run_command(*asked) == 2
         said = f"{key} = 2.0: a dimension of the solid in mesh.file, which stays as it is; allowed:"
         assert said in capfd.readouterr().err
+
+
+# -- keys that do nothing in an experiment ---------------------------------------------------------
+
+SMALL = {
+    "bending": {}, "blocked_force": {}, "cycle": {}, "push": {}, "vibration": {},
+    "coupon": {"coupon.max_strain": 0.05},
+    "grasp": {"gripper.preset": "coarse", "food.kind": "cube"},
+}  # fmt: skip
+"""What makes a run of each experiment short, beside a coarse mesh."""
+
+LOAD = {"experiment.max_pressure_kPa": 5.0, "experiment.step_kPa": 5.0, "solver.element": "P1"}
+
+MODES: dict[str, dict[str, Any]] = {
+    "ramps": {},
+    "volume": {"experiment.control": "volume", "experiment.max_volume_ratio": 1.05,
+               "experiment.step_volume_ratio": 0.05},
+    "inertia": {"experiment.dynamic": True, "solver.max_step_s": 0.1, "release.load_x_N": 0.01},
+    "air": {"supply.source": "tank", "experiment.unload": True, "experiment.hold_s": 1.0},
+    "hanging": {"gravity.acceleration_m_s2": 9.81, "extensions.tip_mass.mass_g": 5.0,
+                "camera.markers": 2, "extensions.camera_tilt.about_z_deg": 2.0},
+}  # fmt: skip
+"""Ways of free bending, with and without keys that others need beside them."""
+
+AT_ITS_DEFAULT = {
+    "mesh.both_sides", "camera.from_mm", "camera.to_mm", "protocol.displacement_mm",
+    "protocol.cycle", "protocol.branch", "protocol.pressure_kPa", "supply.board",
+}  # fmt: skip
+"""Keys that are refused where nothing looks at them; a board's name stands for other keys."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [*((name, "ramps") for name in EXPERIMENTS), *(("bending", mode) for mode in MODES)],
+)
+def test_a_key_that_no_run_looks_at_is_said_to_do_nothing(
+    monkeypatch: pytest.MonkeyPatch, name: str, mode: str
+) -> None:
+    """Each key of each table, of those that are for all kinds of geometry, too."""
+    asked = config.load(None, {"mesh.size_mm": 14.0, **LOAD, **SMALL[name], **MODES[mode]})
+    request = Request.of(name, asked)
+    tables, seen = dict(request.config.tables), set()
+    fields = {each: frozenset(each.model_fields) for each in map(type, tables.values())}
+
+    def look(section: Section, key: str) -> Any:
+        if key in fields.get(type(section), ()):
+            seen.add((type(section), key))
+        return object.__getattribute__(section, key)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Section, "__getattribute__", look, raising=False)
+        result = run(name, asked)
+    assert len(result.rows) > 1
+    unseen = [
+        f"{table}.{key}" for table, section in tables.items() for key in type(section).model_fields
+        if (type(section), key) not in seen and key not in section.effort
+    ]  # fmt: skip
+    told = [
+        line.partition(":")[0]
+        for line in idle(request.experiment, request.config, dict.fromkeys(unseen))
+    ]
+    print(sorted(set(unseen) - set(told)))
+    assert set(unseen) - set(told) <= AT_ITS_DEFAULT
+    assert told
+
+
+def test_a_run_says_which_overrides_do_nothing() -> None:
+    def said(name: str, change: dict[str, Any]) -> list[str]:
+        asked = config.load(None, change)
+        return list(idle(EXPERIMENTS[name], asked, change))
+
+    assert said("bending", {"coupon.width_mm": 9.0, "extensions.plate_gap.offset_mm": 1.0}) == [
+        "coupon.width_mm: bend does not depend on it",
+        "extensions.plate_gap.offset_mm: bend does not depend on it",
+    ]
+    volume = {"experiment.max_volume_ratio": 3.0}
+    assert said("bending", volume) == [
+        'experiment.max_volume_ratio: does nothing without experiment.control = "volume" or "auto"'
+    ]
+    assert said("bending", {**volume, "experiment.control": "volume"}) == []
+    assert said("coupon", {"experiment.max_pressure_kPa": 9.0, "solver.linear": "direct"}) == [
+        "experiment.max_pressure_kPa: coupon does not depend on it"
+    ]
+    assert said("grasp", {"food.bump_mm": 1.0, "food.edge_radius_mm": 1.0}) == [
+        "food.bump_mm: does nothing beside the table's other keys"
+    ]
+    assert said("blocked_force", {"plate.gap_mm": 1.0, "finger.wall_mm": 2.0}) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "quantity", "said"),
+    [
+        ("coupon.width_mm", "force_N at 5 kPa", "coupon.width_mm: force does not depend on it"),
+        ("experiment.max_volume_ratio", "mass_g", "does nothing without experiment.control"),
+        ("cog.x_ref_mm", "force_N at 5 kPa", "cog.x_ref_mm: force does not depend on it"),
+    ],
+)
+def test_a_campaign_varies_nothing_that_does_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], key: str, quantity: str, said: str
+) -> None:
+    """All its designs would be one."""
+    asked = ("doe", "--parameter", f"{key}=2:3:2", "--quantity", quantity, "--out", tmp_path)
+    assert run_command(*asked) == 2
+    error = capfd.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1

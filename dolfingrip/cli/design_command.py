@@ -80,6 +80,9 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
         compute = computed_in(folder, pool)
         with progress.shown(screen, "simulations", total=most) as show:
             result = front.FrontFinder(problem, problem.front, compute, say).run()
+    if result.failed:
+        unknown = f"{result.failed} of {result.simulations} simulations failed"
+        screen.say(f"{unknown}: whether those designs are better is not known")
     run.write_front(result, out)
     picture.write(gradient_front(result), out / "front.png", picture.Look(panel_in=(4.5, 3.8)))
     screen.say(f"results: {out}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,11 @@ from dolfingrip.design.campaign import campaign, plan, space
 from dolfingrip.design.campaign import campaign as files
 from dolfingrip.design.campaign.objective import check_quantities
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.quantities.index import parse
 from dolfingrip.design.quantities.quantity import AskedDesign
 from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
+from dolfingrip.experiments.idle import idle
+from dolfingrip.experiments.index import find
 from dolfingrip.jobs import run
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.job import JobResult
@@ -95,6 +98,8 @@ def planned(args: DoeSettings, resolved: Config) -> Plan:
     quantities = plan.quantities(args.quantity or plan.QUANTITIES, objective)
     if objective == plan.OBJECTIVE:
         check_quantities(quantities, AskedDesign(resolved, keys, args.ranks))
+        for parameter in varied:
+            _check_felt(parameter.key, quantities, resolved)
     return plan.Plan(
         base=resolved,
         parameters=tuple(p.key for p in varied),
@@ -104,6 +109,17 @@ def planned(args: DoeSettings, resolved: Config) -> Plan:
         gradients=keys,
         fields=args.out / plan.FIELDS if args.fields else None,
     )
+
+
+def _check_felt(key: str, quantities: Sequence[str], config: Config) -> None:
+    """Refuse a parameter that none of the quantities depends on, as all designs would be one."""
+    names = [quantity.experiment for quantity in map(parse, quantities)]
+    # the unloaded shape is that of a finger that is bent
+    experiments = [find(name or "bending") for name in names]
+    change = {} if None in names and key.startswith("cog.") else {key: None}
+    said = [list(idle(each, each.settings(config), change)) for each in experiments]
+    if said and all(said):
+        raise ConfigError(f"--parameter {said[0][0]}; allowed: a key that a quantity depends on")
 
 
 def _check(folder: Path) -> None:

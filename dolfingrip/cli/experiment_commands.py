@@ -16,12 +16,13 @@ from dolfingrip.channels import ANGLE, DISPLACEMENT, FORCE, NOMINAL_STRESS, PRES
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
-from dolfingrip.config import Change, Config, ConfigError, changed
+from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, changed
 from dolfingrip.experiments import pressures_kPa, synthetic
 from dolfingrip.experiments.chart import over
 from dolfingrip.experiments.derivatives import bands
 from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 from dolfingrip.experiments.experiment import PRESSURE_OPTION, SUCTION_OPTION, Experiment
+from dolfingrip.experiments.idle import idle
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.loop import follow
 from dolfingrip.experiments.request import Request
@@ -58,7 +59,7 @@ def run_experiment(request: Request, args: RunSettings, screen: Screen) -> Resul
     assert out is not None
     wanted = _pressures(args.render, config)
     check_writable(out)
-    warn(experiment, config, screen)
+    warn(experiment, config, screen, args.overrides)
     keys = request.gradients
     if request.bands is not None:
         keys = bands.Bands.of(experiment, config, request.bands).keys(keys)
@@ -131,9 +132,11 @@ def _pressures(wanted: Sequence[float], config: Config) -> Sequence[float]:
     return wanted
 
 
-def warn(experiment: Experiment, config: Config, console: Screen) -> None:
-    """Print what is doubtful about a configuration."""
-    for note in experiment.notes(config):
+def warn(
+    experiment: Experiment, config: Config, console: Screen, overrides: Change = NO_CHANGE
+) -> None:
+    """Print what is doubtful about a configuration, and which of its overrides do nothing."""
+    for note in [*idle(experiment, config, overrides), *experiment.notes(config)]:
         console.say(f"warning: {note}", style="yellow")
 
 

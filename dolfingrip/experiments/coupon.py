@@ -53,6 +53,13 @@ class Coupon(Experiment):
         NOMINAL_STRESS.label, (Curve(NOMINAL_STRESS.name, "simulation"),), NOMINAL_STRAIN
     )
     drawable: ClassVar = False
+    does_without: ClassVar = (
+        "solver.element", "solver.integration", "material.density_kg_m3",
+        "material.elongation_at_break", "experiment.control", "experiment.snaps",
+        "experiment.max_pressure_kPa", "experiment.min_pressure_kPa", "experiment.step_kPa",
+        "experiment.max_volume_ratio", "experiment.step_volume_ratio",
+        "experiment.rate_kPa_per_s", "experiment.rest_s",
+    )  # fmt: skip
     options: ClassVar = (
         Option(
             "--fit",

@@ -124,6 +124,7 @@ class Experiment(ABC):
         mesh_check: whether its command estimates the error of the mesh where that is asked for.
         pictures: file of ``report`` whose ``draw`` makes the pictures of its result; "finger" for
             the deformed shapes of one finger.
+        does_without: keys that its answer does not depend on, of tables that its parts feel.
     """
 
     name: ClassVar[str]
@@ -142,6 +143,7 @@ class Experiment(ABC):
     dynamic: ClassVar[bool] = False
     mesh_check: ClassVar[bool] = False
     pictures: ClassVar[str] = "finger"
+    does_without: ClassVar[tuple[str, ...]] = ("cog.x_ref_mm",)  # a number of the unloaded shape
 
     @classmethod
     def summary(cls) -> str:

@@ -156,5 +156,12 @@ def _units(config: Config) -> Iterator[str]:
     if not low <= mu <= high:
         said = f"a shear modulus of {mu:.4g} MPa, where rubbers have {low:g} to {high:g} MPa"
         yield f"{next(iter(moduli(config)))}: {said}; {fits[-1] if fits else 'in which unit?'}"
-    for doubt in doubted(config.geometry.length_mm, 1.0):
-        yield f"{config.geometry_table}.length_mm: {doubt}"
+    key, length_mm = f"{config.geometry_table}.length_mm", config.geometry.length_mm
+    file, told = config.mesh.file, "length_mm" in config.geometry.model_fields_set
+    if file is not None and file.is_file() and not told:
+        from dolfingrip.experiments.rigs.undeformed import solid
+
+        z_mm = solid(config).points[:, 2]
+        key, length_mm = "mesh.file", float(z_mm.max() - z_mm.min())
+    for doubt in doubted(length_mm, 1.0):
+        yield f"{key}: {doubt}"

@@ -76,6 +76,12 @@ class Grasp(Experiment):
     command: ClassVar = "grasp"
     title: ClassVar = "Grasp"
     parts: ClassVar = ("gripper",)
+    does_without: ClassVar = (
+        *Experiment.does_without, "material.elongation_at_break", "experiment.snaps",
+        "experiment.unload", "experiment.cycles", "experiment.rate_kPa_per_s",
+        "experiment.hold_s", "experiment.rest_s", "experiment.hold_readings",
+        "experiment.max_volume_ratio", "experiment.step_volume_ratio",
+    )  # fmt: skip
     table: ClassVar = (
         PRESSURE,
         replace(TIME, form=".2f"),

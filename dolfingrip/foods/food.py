@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -56,6 +56,12 @@ class FoodShape(FoodKeys):
         left = {key for shape in others for key in shape.model_fields}
         left -= {key for shape in SHAPES if shape not in others for key in shape.model_fields}
         return super().counted({k: v for k, v in values.items() if k not in left}, parts)
+
+    @property
+    def unused(self) -> Collection[str]:
+        """Keys of other kinds' shapes."""
+        own = KINDS[self.kind].model_fields
+        return [key for shape in SHAPES for key in shape.model_fields if key not in own]
 
     @property
     def shape(self) -> FoodKind:

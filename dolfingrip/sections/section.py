@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, ClassVar, Final, NamedTuple, NoReturn, Self, get_args
 
@@ -207,6 +207,11 @@ class Section(BaseModel):
     def inner(self) -> Mapping[str, Section]:
         """Tables in it whose names a user chose, by name."""
         return self.model_extra or {}
+
+    @property
+    def unused(self) -> Collection[str]:
+        """Keys that do nothing beside the others."""
+        return ()
 
     def number_at(self, key: str) -> float:
         """Return a number in this table or below it.

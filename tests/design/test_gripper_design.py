@@ -87,6 +87,23 @@ def test_the_worse_food_counts(tmp_path: Path) -> None:
     assert DesignFile.read(tmp_path) == told
 
 
+def test_a_search_whose_designs_fail_does_not_tell_an_optimum(tmp_path: Path) -> None:
+    """Those that fail count as bad while it looks on, and as not known where it ends."""
+    problem = problem_of(tmp_path, TEXT.replace("simulations = 28", "simulations = 10"))
+    seen: list[Request] = []
+
+    def begun(requests: Sequence[Request]) -> list[Answer]:
+        seen.extend(requests)
+        fails = len(seen) > 2  # the start, of two foods
+        found = [Answer(failure_class="contact", failure="invented")] * len(requests)
+        return found if fails else margins(requests)
+
+    cheaper = SearchPolicy(candidates=16, near=8)
+    ending = starts.solve(problem, begun, lambda trial, limits: None, cheaper).best(problem).ending
+    count = len(seen) - 1  # one food of each further design is tried
+    assert ending.endswith(f"; not known of {count - 1} of {count} designs (contact: invented)")
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [

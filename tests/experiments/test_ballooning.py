@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from pathlib import Path
 from typing import Any
 
@@ -230,11 +231,14 @@ def test_a_part_that_is_asked_for_more_than_it_bears_in_one_step_says_so_at_once
     (``experiment.control = "volume"``), between which 1 % may lie.
     """
     once = {"max_pressure_kPa": 30.0, "step_kPa": 30.0}
-    found = run("bending", soft(tmp_path, 22).changed(experiment=once))
+    asked = soft(tmp_path, 22).changed(experiment=once)
+    begun_s = time.process_time()
+    found = run("bending", asked)
+    took_s = time.process_time() - begun_s
     assert found.failure is not None
     said = found.failure.sentence()
-    print(said, found.facts.newton.iterations)
+    print(said, took_s)
     told = re.search(r"the walls of cavity balloon at ([\d.]+) kPa, stretch ([\d.]+)", said)
     assert told is not None, said
     assert float(told[1]) == pytest.approx(23.80, rel=0.01)
-    assert found.facts.newton.iterations < 120
+    assert took_s < 60  # 9 s; the iterations of the search are counted nowhere

@@ -56,7 +56,7 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     np.testing.assert_allclose(at_once.column("angle_deg"), stopped.column("angle_deg"), rtol=1e-9)
     many, few = (each.facts.newton.iterations for each in (stopped, at_once))
     print(f"{many} iterations, {few} without a search for a state beyond")
-    assert few < 0.5 * many
+    assert max(many, few) < 120  # neither halves its steps on and on
 
 
 @pytest.mark.slow

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from mpi4py import MPI
-from support import hollow_bar
+from support import hollow_bar, hollow_box
 from support.command import run_command
 
 from dolfingrip import config
 from dolfingrip.config import Config
 from dolfingrip.experiments import run
 from dolfingrip.experiments.finger_experiment import notes
+from dolfingrip.meshes import files
 from dolfingrip.sections.units import UNITS_MM
 
 
@@ -50,6 +52,21 @@ def test_the_unit_of_a_file(tmp_path: Path, capfd: pytest.CaptureFixture[str], u
     tiny = config.load(tmp_path / "mm" / "adopted.toml")
     assert any(f"--unit {unit} makes 50 mm of it" in each for each in notes(tiny))
     assert run_command("adopt", part, "--scale", "25.4") == 2
+
+
+@pytest.mark.parametrize(("scale", "doubts"), [(1.0, 0), (1e-3, 1)])
+def test_the_unit_of_a_mesh_whose_length_no_table_tells(
+    tmp_path: Path, scale: float, doubts: int
+) -> None:
+    """The length is the mesh's own: 15 mm, or as many metres."""
+    box = hollow_box.mesh()
+    files.write(tmp_path / "box.msh", replace(box, points=scale * box.points))
+    asked = {"mesh.file": str(tmp_path / "box.msh"), "finger.kind": "adopted"}
+    found = [each for each in notes(config.load(None, asked)) if "in another unit?" in each]
+    assert len(found) == doubts
+    assert all(
+        each.startswith("mesh.file: ") and "--unit m makes 15 mm of it" in each for each in found
+    )
 
 
 def test_the_first_pressure_that_is_advised(

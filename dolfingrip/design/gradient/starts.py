@@ -126,6 +126,8 @@ class BayesianSearch:
             best = trial if trial.accepted else best
             self._say(trial, self._limits)
         assert best is not None
+        if failed := [trial.failure for trial in trials if trial.failure]:
+            ending += f"; not known of {len(failed)} of {len(trials)} designs ({failed[-1]})"
         return Descent(trials, best, ending, self._limits, spent, seconds)
 
     def _simulated(self, trial: Trial, best: Trial | None) -> DesignNumbers:

@@ -97,7 +97,9 @@ class BackLine:
         now = rest_mm + u.x.array.reshape(-1, 3)[self._own][:, PLANE]
         z, positions = self._gathered(rest_mm[:, 1]), self._gathered(now)
         places, degree = z[0] + shares * (z[-1] - z[0]), self._degree
-        cell = np.clip(np.searchsorted(z[::degree], places, "right") - 1, 0, len(z) // degree - 1)
+        cell = np.clip(
+            np.searchsorted(z[::degree], places, "right") - 1, 0, (len(z) - 1) // degree - 1
+        )
         weights, rates = np.zeros((2, len(places), len(z)))
         rows = np.arange(len(places))
         for i in range(degree + 1):
