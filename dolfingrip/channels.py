@@ -150,6 +150,14 @@ PRESSURE = Channel(
     least="absolute vacuum",
     noise=0.5,
 )
+VOLUME = Channel(
+    name="volume_ml",
+    unit="ml",
+    title="Volume",
+    about="liquid that a pump has put into the cavity since rest",
+    plausible=(-1e6, 1e6),
+    noise=0.1,
+)
 ANGLE = Channel(
     name="angle_deg",
     unit="deg",

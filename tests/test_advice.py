@@ -167,6 +167,8 @@ ANSWERS = {
     [
         ImportOption("zero_at_rest"),
         ImportOption("zero_at_rest", False),
+        ImportOption("withdraws"),
+        ImportOption("withdraws", False),
         ImportOption("side_by_side"),
         *(ImportOption(name, value) for name, value in ANSWERS.items()),
     ],
@@ -180,5 +182,5 @@ def test_what_an_import_asks_for_is_taken_as_the_terminal_takes_it(added: Import
 
 
 def test_every_setting_of_an_import_is_tried() -> None:
-    flags, argument = ("zero_at_rest", "side_by_side"), "log"
+    flags, argument = ("zero_at_rest", "withdraws", "side_by_side"), "log"
     assert {*ANSWERS, *flags, argument} == {each.name for each in fields(Told)}

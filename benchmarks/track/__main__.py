@@ -59,7 +59,7 @@ def scene(number: int) -> Scene:
         colour=COLOURS[int(rng.integers(len(COLOURS)))], radius_mm=rng.uniform(1.2, 1.8),
         blur=float(rng.choice([0.0, 0.5])), noise=rng.uniform(1, 5), uneven=rng.uniform(0, 0.4),
         cast=tuple(rng.uniform(0.8, 1.0, 3)), cable=bool(rng.random() < 0.3),
-        decoys=int(rng.integers(0, 5)), fingers=fingers, crf=int(rng.integers(18, 29)),
+        decoys=int(rng.integers(0, 5)), fingers=fingers, bits_per_px=rng.uniform(0.25, 0.4),
         shift_s=rng.uniform(-2, 5), lag_s=lag, light=bool(number % 2), seed=number,
         extra={"tag_mm": 8.0, "target": (12.0 if sheet else 0.0, 97.0 if sheet else 40.0, 0.0)},
     )  # fmt: skip

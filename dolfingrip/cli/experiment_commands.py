@@ -12,7 +12,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import ANGLE, DISPLACEMENT, FORCE, NOMINAL_STRESS, PRESSURE, TIME
+from dolfingrip.channels import ANGLE, DISPLACEMENT, FORCE, NOMINAL_STRESS, PRESSURE, TIME, VOLUME
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
@@ -357,12 +357,17 @@ def _poses(
             raise ConfigError(f"--specimen {args.specimen}: allowed: with --protocol FILE.csv")
         return [(args.out, configuration.load(args.config, changes))]
     experiment_keys = tables.read(args.config).get("experiment", {}) if args.config else {}
+
+    def setting(key: str) -> Any:
+        return changes.get(f"experiment.{key}", experiment_keys.get(key))
+
+    by_volume = experiment.control is PRESSURE and setting("control") == "volume"
     table, poses = protocol_file.read(
         args.protocol,
         experiment.name,
-        experiment.control.name,
+        VOLUME.name if by_volume else experiment.control.name,
         args.specimen,
-        even=changes.get("experiment.dynamic", experiment_keys.get("dynamic", False)),
+        even=bool(setting("dynamic")),
     )
     settings: list[tuple[Path, Change]] = [
         (args.out / pose.name, {**changes, **assignments(pose.set)}) for pose in poses

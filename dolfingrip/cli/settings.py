@@ -534,6 +534,9 @@ class ImportSettings:
     zero_at_rest: bool | None = option(
         None, "Subtract the first readings, which are at rest.", "--zero-at-rest/--no-zero-at-rest"
     )
+    withdraws: bool | None = option(
+        None, "A pump withdraws where its counter is at 0 again.", "--withdraws/--no-withdraws"
+    )
     gauge_length: float | None = option(
         None, "Length of a coupon between the grips.", measured_in="mm", above=0
     )

@@ -140,7 +140,7 @@ def pressure_stops(config: Config) -> Sequence[Stop]:
     """Return the stops of the protocol, or steps from rest to the maximum and back.
 
     The value of a stop is a pressure (kPa). Under volume control it is the cavity's growth, as a
-    part of its volume at rest.
+    part of its volume at rest, or of a protocol in ml.
 
     Args:
         config: of the experiment.
@@ -161,12 +161,15 @@ def pressure_stops(config: Config) -> Sequence[Stop]:
 def _pressure_stops(config: Config) -> Sequence[Stop]:
     experiment, protocol = config.experiment, config.protocol
     if protocol.time_s:
+        by = "volume" if protocol.volume_ml else "pressure"
+        if experiment.control != by:
+            raise ConfigError(
+                f'experiment.control = "{experiment.control}": allowed: "{by}" with this protocol'
+            )
+        if protocol.volume_ml:
+            return given(protocol, protocol.volume_ml, {})
         if not protocol.pressure_kPa:
             raise ConfigError("protocol.pressure_kPa = []: allowed: a pressure for each time_s")
-        if experiment.control != "pressure":
-            raise ConfigError(
-                f'experiment.control = "{experiment.control}": allowed: "pressure" with a protocol'
-            )
         supplies = {supply_of(name).name: kPa for name, kPa in config.cavity.own.items()}
         return given(protocol, protocol.pressure_kPa, supplies)
     if not config.geometry.cavities():  # a solid body is at rest, or moves in a protocol's time

@@ -154,7 +154,7 @@ def quantities(name: str) -> list[str]:
     return list(dict.fromkeys(q for q, _ in longest))
 
 
-_DIMENSIONS: Final = ("kPa", "N", "mm", "s", "1/m", NO_UNIT)
+_DIMENSIONS: Final = ("kPa", "ml", "N", "mm", "s", "1/m", NO_UNIT)
 """Units of the dimensions that columns have."""
 
 

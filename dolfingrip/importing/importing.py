@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,6 +24,7 @@ from dolfingrip.diagnosis.data.table import (
     MEASURED,
     READINGS,
     allowed,
+    controls_of,
     of_any_number,
     of_markers,
 )
@@ -52,7 +54,7 @@ CLOCK: Final = "time of day"
 
 BENDING: Final = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm")
 
-BLOWN: Final = ("pressure_kPa", "suction_kPa")
+BLOWN: Final = ("pressure_kPa", "suction_kPa", "volume_ml")
 
 SEVERAL: Final = "several"
 """Stands for the experiment of a table whose rows are of several."""
@@ -525,8 +527,8 @@ def _lacking(imported: ImportedTable, experiment: str) -> str:
         example = column_option(unused[0], "pressure_kPa")
         more = f"; not known, or without numbers: {', '.join(unused)}: name one by {example}"
     needs = {
-        "bending": "pressure and an angle or a place of the tip",
-        "blocked_force": "pressure and force",
+        "bending": "pressure and an angle or a place of the tip (or volume_ml, of a pump)",
+        "blocked_force": "pressure and force (or volume_ml, of a pump)",
         "coupon": "displacement, strain or stretch, and force or nominal stress",
     }
     allowed = needs[experiment] if experiment else "; or ".join(needs.values())
@@ -543,6 +545,8 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
             "and acts on cavities without a supply of their own"
         )
         return _times(imported, settings, "rate_kPa_per_s")
+    if "volume_ml" in table:
+        return _pumped(imported, settings)
     name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
     value = table[name].to_numpy()
     finite = value[np.isfinite(value)]
@@ -566,6 +570,33 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
     imported.table = table
     if experiment in CONTROL:
         _times(imported, settings, "rate_kPa_per_s")
+
+
+def _pumped(imported: ImportedTable, settings: Told) -> None:
+    """Volume in the cavity by a pump's counter, which may begin at 0 again as the pump turns."""
+    there = [name for name in BLOWN if name in imported.table]
+    if len(there) > 1:
+        options = [column_option(imported.source(name)[0], IGNORE) for name in there]
+        imported.ask(f"{' and '.join(there)}: which was prescribed? the other one:", *options)
+        return
+    counted = imported.table["volume_ml"].to_numpy()
+    steps = np.diff(counted)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else math.inf
+    turns = np.flatnonzero((steps < -2 * usual) & (np.abs(counted[1:]) <= usual)) + 1
+    turns = np.array([turn for turn in turns if counted[turn:].max() > usual], dtype=int)
+    if len(turns) and settings.withdraws is None:
+        row, _ = imported.cells.rows[turns[0]]
+        options = [ImportOption("withdraws"), ImportOption("withdraws", False)]
+        imported.ask(f"line {row}: the volume begins at 0 again: does the pump withdraw?", *options)
+    if settings.withdraws:
+        inside, way = 0.0, 1.0
+        volume = counted.copy()
+        for start, end in pairwise([0, *turns, len(counted)]):
+            volume[start:end] = inside + way * counted[start:end]
+            inside, way = volume[end - 1], -way
+        imported.table["volume_ml"] = volume
+        imported.notes.append(f"the pump turns {len(turns)} times, where its counter begins at 0")
+    _by_frames(imported, settings)
 
 
 def _by_frames(imported: ImportedTable, settings: Told) -> None:
@@ -735,16 +766,17 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
 
 def _begins_at_rest(table: pd.DataFrame, name: str) -> bool:
     """Say if the control is at rest in the first row, so that the reading should be zero."""
-    if "pressure_kPa" not in table:
+    control = next((name for name in BLOWN if name in table), None)
+    if control is None:
         return True
-    pressure = table["pressure_kPa"].abs()
+    pressure = table[control].abs()
     return bool(pressure.iloc[0] <= max(1.0, 0.02 * float(pressure.max())))
 
 
 def _signs(imported: ImportedTable) -> None:
     """Ask where a reading falls as the control rises, which a convention of signs may explain."""
     table = imported.table
-    control = next((n for n in ("pressure_kPa", "displacement_mm") if n in table), None)
+    control = next((n for n in (*BLOWN, "displacement_mm") if n in table), None)
     for name in (ANGLE.name, "chord_angle_deg", "force_N"):
         header = next((h for h, r in imported.taken.items() if r and r.target == name), "")
         if (
@@ -768,12 +800,14 @@ def _arrange(imported: ImportedTable, experiment: str) -> None:
     foreign = set()
     if experiment in READINGS:
         others = {name for names in READINGS.values() for name in names}
-        foreign = (others | set(CONTROL.values())) - {*READINGS[experiment], CONTROL[experiment]}
+        of_it = {*READINGS[experiment], *controls_of(experiment)}
+        foreign = (others | {*BLOWN, *CONTROL.values()}) - of_it
     columns = [
         name for name in dict.fromkeys(order) if name in imported.table and name not in foreign
     ]
     table = imported.table[columns]
-    controls = [name for name in (*CONTROL.values(), STRAIN, "stretch") if name in table]
+    every = (*CONTROL.values(), *BLOWN, STRAIN, "stretch")
+    controls = [name for name in dict.fromkeys(every) if name in table]
     kept = table.dropna(subset=controls, how="all")
     if len(kept) < len(table):
         imported.notes.append(f"{len(table) - len(kept)} rows without a control are left out")

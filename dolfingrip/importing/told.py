@@ -84,6 +84,7 @@ class Told:
         experiment: name of the experiment.
         zero_at_rest: whether the first reading is subtracted from readings that count from rest;
             None: not told.
+        withdraws: whether a pump withdraws where its counter begins at 0 again; None: not told.
         gauge_length: of a coupon (mm).
         area: cross-section of a coupon (mm²).
         mode: mode of tension of a coupon, or compression; None: not told.
@@ -100,6 +101,7 @@ class Told:
     column: tuple[NamedColumn, ...] = ()
     experiment: str | None = None
     zero_at_rest: bool | None = None
+    withdraws: bool | None = None
     gauge_length: float | None = None
     area: float | None = None
     mode: str | None = None

@@ -135,6 +135,7 @@ class Protocol(Section):
 
     time_s: Times = Field((), description="of each reading, none earlier than the one before")
     pressure_kPa: Numbers = Field((), description="of each reading (finger)")
+    volume_ml: Numbers = Field((), description="put in by a pump, of each reading (finger)")
     displacement_mm: Numbers = Field((), description="of each reading (coupon)")
     cycle: Cycles = Field((), description="of each reading; default: 1")
     branch: Branches = Field((), description="of each reading; default: from its neighbour")
@@ -142,7 +143,8 @@ class Protocol(Section):
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
         count = len(self.time_s)
-        control = "displacement_mm" if self.displacement_mm else "pressure_kPa"
+        controls = ("displacement_mm", "volume_ml", "pressure_kPa")
+        control = next((key for key in controls if getattr(self, key)), controls[-1])
         for key in (control, "cycle", "branch"):
             values = getattr(self, key)
             if len(values) != count and (values or key == control):

@@ -49,11 +49,13 @@ class ProtocolSegment(Section):
     """A ramp or a wait."""
 
     to_kPa: float | None = Field(None, description="pressure at the end of the ramp")
+    to_ml: float | None = Field(None, description="a pump's volume at its end")
     to_mm: float | None = Field(None, description="crosshead's displacement at its end (coupon)")
     cavity_kPa: dict[str, float] = Field(
         {}, description="pressures at its end, by cavity, of supplies of their own"
     )
     rate_kPa_per_s: float = Field(25.0, gt=0, description="of the farthest ramp")
+    rate_ml_per_s: float = Field(1.0, gt=0, description="of the pump")
     rate_mm_per_s: float = Field(2.5, gt=0, description="of the ramp (coupon)")
     hold_s: float | None = Field(None, ge=0, description="length of the wait")
     every_s: float | None = Field(None, gt=0, description="time between readings of the wait")
@@ -61,9 +63,10 @@ class ProtocolSegment(Section):
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        given = [key for key in ("to_kPa", "to_mm", "hold_s") if getattr(self, key) is not None]
+        keys = ("to_kPa", "to_ml", "to_mm", "hold_s")
+        given = [key for key in keys if getattr(self, key) is not None]
         if len(given) > 1 or not (given or self.cavity_kPa):
-            yield Refusal("hold_s", "allowed: exactly one of to_kPa, to_mm and hold_s")
+            yield Refusal("hold_s", "allowed: exactly one of to_kPa, to_mm, to_ml and hold_s")
         if self.cavity_kPa and given not in ([], ["to_kPa"]):
             yield Refusal("cavity_kPa", "allowed: alone or beside to_kPa", "a table")
         if self.every_s is None:
@@ -137,7 +140,8 @@ def read(
     Args:
         file: TOML, or CSV in the format of measured data.
         experiment: experiment whose rows of a CSV are read.
-        control: column of the experiment's control, ``pressure_kPa`` or ``displacement_mm``.
+        control: column of what is prescribed: ``pressure_kPa``, ``volume_ml`` or
+            ``displacement_mm``.
         specimen: specimen whose rows of a CSV are read; required if the experiment has several.
         even: whether readings of a wait are at equal distances, as where the specimen has inertia.
 

@@ -99,7 +99,7 @@ class Sections(Section):
     @property
     def _of_experiment_kPa(self) -> tuple[float, float]:
         """Lowest and highest pressure of the supply that cavities share."""
-        if self.protocol.time_s:
+        if self.protocol.time_s and not self.protocol.volume_ml:
             pressures: Sequence[float] = self.protocol.pressure_kPa
         else:
             pressures = (self.experiment.min_pressure_kPa, self.experiment.max_pressure_kPa)

@@ -50,6 +50,8 @@ UNITS: Final = {
     "g": Unit("g", 1e-6, 1e6),
     "mJ": Unit("mJ", 1e-9, 1e6),
     "cm3": Unit("cm³", 1e-6, 1e6),
+    "ml": Unit("ml", 1e-6, 1e6),
+    "ml_per_s": Unit("ml/s", 1e-6, 1e6),
     "l_per_min": Unit("l/min", 1e-6, 1e4),
     "dm3_per_s_bar": Unit("dm³/(s bar)", 1e-9, 1000),
 }

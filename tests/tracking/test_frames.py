@@ -12,7 +12,7 @@ from PIL import Image
 from support import filmed
 
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import frames
+from dolfingrip.tracking import dots, frames
 
 WIDTH, HEIGHT = 192, 128
 
@@ -109,3 +109,24 @@ def test_a_large_picture_is_refused_before_it_is_decoded(tmp_path: Path) -> None
     Image.new("L", (9000, 9000)).save(tmp_path / "large.png")
     with pytest.raises(ConfigError, match=r"9000 × 9000 px; allowed: .* 50 million"):
         list(frames.open_frames([tmp_path / "large.png"]))
+
+
+def test_a_dots_middle_is_found_between_the_pixels_that_have_colour(tmp_path: Path) -> None:
+    """A codec keeps colour at every second pixel; a dot that moves by parts of one is where it is.
+
+    Reference: the places at which the dots are drawn.
+    """
+    file = tmp_path / "dots.mp4"
+    at_px = np.array([[40.0, 40.0], [90.0, 60.0], [140.0, 90.0]])
+    shifts = np.arange(8) * np.array([[0.27], [0.41]])
+    drawn = []
+    for shift in shifts.T:
+        image = np.full((2 * HEIGHT, 2 * WIDTH, 3), 150, np.uint8)
+        filmed.Filmed.add(image, at_px + shift, 5.5, filmed.RED)
+        drawn.append(image)
+    filmed.write(file, drawn, crf=0)
+    seen = [frame.image for frame in frames.open_frames([file])]
+    colour, _ = dots.learn(seen[0], None, 3, 1, None)
+    found = [sorted(tuple(dot.centre_px) for dot in dots.find(image, colour)) for image in seen]
+    off_px = np.array(found) - at_px - shifts.T[:, None]
+    assert off_px.std(axis=0).max() < 0.05

@@ -20,7 +20,6 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.answer.discrepancy import Along
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import Policy
 
 
@@ -118,7 +117,7 @@ def _shown(measurement: Measurement, along: Along, steep: np.ndarray) -> Iterato
     column, number = listed["column"].to_numpy(), listed["test"].to_numpy()
     for who, tests in _together(measurement.tests):
         first, mine = tests[0], np.isin(number, [test.number for test in tests])
-        unit = CHANNELS[CONTROL[first.experiment]].unit
+        unit = CHANNELS[first.prescribed].unit
         size, by = float(np.abs(listed["control"][mine]).max()), steep
         yield _Shown(f"{first.control} of {who}", unit, unit, tests, mine, by, size, True)
         for name in dict.fromkeys(map(str, column[mine])):

@@ -12,7 +12,6 @@ from dolfingrip.channels import ANGLE, CHANNELS, FORCE
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.data.motion import smallest_change
-from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import (
     BandMisfit,
@@ -190,6 +189,7 @@ def bands(
     )  # fmt: skip
     value, off = analysis.problem.value, plain - analysis.problem.value
     experiment, control = listed["experiment"].to_numpy(), listed["control"].to_numpy()
+    prescribed = {test.experiment: test.prescribed for test in analysis.measurement.tests}
     for name_of, (name, read) in product(
         dict.fromkeys(experiment), analysis.measurement.channels().items()
     ):
@@ -207,8 +207,9 @@ def bands(
             mean = off[at].mean()
             misfit_there = BandMisfit(
                 experiment=name_of, channel=name, start=way * low * largest,
-                end=way * high * largest, control_unit=CHANNELS[CONTROL[name_of]].unit, mean=mean,
-                unit=CHANNELS[name].unit, percent=100 * mean / max(abs(value[at].mean()), 1e-300),
+                end=way * high * largest, control_unit=CHANNELS[prescribed[name_of]].unit,
+                mean=mean, unit=CHANNELS[name].unit,
+                percent=100 * mean / max(abs(value[at].mean()), 1e-300),
             )  # fmt: skip
             yield misfit_there, at, way > 0 and high >= 1
 

@@ -26,6 +26,7 @@ from dolfingrip.channels import (
     CHANNELS,
     CHORD_ANGLE,
     PRESSURE,
+    VOLUME,
     cavity_of_supply,
     of_line,
     supply_of,
@@ -52,6 +53,7 @@ class SpecimenTest:
         setup: set-up of the laboratory.
         supplies: columns of all pressures where cavities have supplies of their own, the one that
             moves farthest first.
+        by_volume: whether a pump's volume is prescribed in place of a pressure.
     """
 
     number: int
@@ -60,10 +62,11 @@ class SpecimenTest:
     specimen: str
     setup: LabSetup
     supplies: tuple[str, ...] = ()
+    by_volume: bool = False
 
     @property
     def of_finger(self) -> bool:
-        """Return whether pressures are prescribed."""
+        """Return whether pressures or volumes are prescribed."""
         return CONTROL[self.experiment] == PRESSURE.name
 
     @property
@@ -72,9 +75,14 @@ class SpecimenTest:
         return "modes" in EXPERIMENTS[self.experiment].parts
 
     @property
+    def prescribed(self) -> str:
+        """Column of what all cavities have in common, or of a coupon's travel."""
+        return VOLUME.name if self.by_volume else CONTROL[self.experiment]
+
+    @property
     def controls(self) -> tuple[str, ...]:
         """Columns of all that is prescribed."""
-        return self.supplies or (CONTROL[self.experiment],)
+        return self.supplies or (self.prescribed,)
 
     @property
     def control(self) -> str:
@@ -84,7 +92,7 @@ class SpecimenTest:
     @property
     def sigma(self) -> float:
         """Standard deviation of the gauge of what is prescribed, in its unit; 0 where not told."""
-        return self.setup.noise.get(CONTROL[self.experiment], 0.0)
+        return self.setup.noise.get(self.prescribed, 0.0)
 
     def applied(self, config: Config) -> Config:
         """``config`` with the set-up of the laboratory.
@@ -95,6 +103,8 @@ class SpecimenTest:
         sections = dict(self.setup.sections)
         if self.small_vibrations:  # what is felt in motion is felt
             sections["experiment"] = {"dynamic": True}
+        if self.by_volume:
+            sections["experiment"] = {**sections.get("experiment", {}), "control": "volume"}
         return config.changed(**sections) if sections else config
 
     def configured_rate(self, config: Config) -> float:
@@ -114,11 +124,10 @@ class Measurement:
     Attributes:
         readings: a row for each row of the files: ``test``, ``line`` in the file, ``experiment``,
             ``specimen``, ``cycle``, ``branch``, ``leg``, ``time_s``, ``pressure_kPa``,
-            ``displacement_mm``, the columns of readings and those of supplies of single cavities,
-            NaN where absent. Rows of a test stand
-            in the order in which they were read; ``time_s`` is never absent. Branch, leg and cycle
-            follow from control and time (:mod:`dolfingrip.diagnosis.data.motion`); cycles are as
-            told where several are told.
+            ``volume_ml``, ``displacement_mm``, the columns of readings and those of supplies of
+            single cavities, NaN where absent. Rows of a test stand in the order in which they were
+            read; ``time_s`` is never absent. Branch, leg and cycle follow from control and time
+            (:mod:`dolfingrip.diagnosis.data.motion`); cycles are as told where several are told.
         tests: by their numbers.
         warnings: sentences on suspicions about the data, for the verdict.
         policy: numbers that it is read, simulated and compared by.
@@ -364,8 +373,9 @@ def read(
         for (experiment, specimen), group in rows.groupby(["experiment", "specimen"], sort=False):
             setup = setup_file.of(str(experiment), str(specimen))
             test = SpecimenTest(
-                len(tests), file, str(experiment), str(specimen), setup, _supplies(group)
-            )
+                len(tests), file, str(experiment), str(specimen), setup, _supplies(group),
+                by_volume=bool(group[VOLUME.name].notna().all()),
+            )  # fmt: skip
             try:
                 test.applied(base)
             except ConfigError as error:
@@ -467,6 +477,8 @@ def _timed(
     """Rows with times, which follow from the rate if there are no time stamps."""
     if rows["time_s"].notna().all():
         return rows, []
+    if test.by_volume:
+        raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row beside volume_ml")
     controls = rows[list(test.controls)].to_numpy()
     held = (rows["branch"] == "hold").to_numpy()
     change = max(smallest_change(control, test.sigma, policy) for control in controls.T)
@@ -551,7 +563,7 @@ def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndar
     Raises:
         ConfigError: no row is left.
     """
-    highest = test.setup.max_pressure_kPa
+    highest = math.inf if test.by_volume else test.setup.max_pressure_kPa
     pressure_kPa = rows[list(test.controls)].max(axis=1).to_numpy()
     least = float(pressure_kPa.min())
     if highest < least:

@@ -22,7 +22,7 @@ from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE, PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.lab_setup import STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS
+from dolfingrip.diagnosis.data.table import READING_COLUMNS
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import Slip
 
@@ -204,7 +204,7 @@ def _scaled(test: SpecimenTest, columns: Pairs, rows: pd.DataFrame, policy: Poli
     if max(left.values(), default=1.0) < 0.5:
         raised += [
             _slip(test, test.control, meaning, factor)
-            for meaning, factor in _OF_CONTROL[CHANNELS[CONTROL[test.experiment]].unit].items()
+            for meaning, factor in _OF_CONTROL.get(CHANNELS[test.prescribed].unit, {}).items()
             if all(_alike(ratio, factor, policy) for ratio in ratios.values())
         ]
     return raised

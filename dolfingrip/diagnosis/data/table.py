@@ -25,6 +25,7 @@ from dolfingrip.channels import (
     OF_CAVITIES,
     PRESSURE,
     TIME,
+    VOLUME,
     WHO,
     at_marker,
     cavity_of_supply,
@@ -46,7 +47,7 @@ NOT_SIMULATED: Final = ("grasp", "pick_up")
 CONTROL: Final[Mapping[str, str]] = {
     name: EXPERIMENTS[name].control.name for name in EXPERIMENT_NAMES
 }
-"""Column of what each experiment controls."""
+"""Column of what each experiment controls; a pump's volume may stand in place of a pressure."""
 
 READINGS: Final[Mapping[str, tuple[str, ...]]] = {
     name: tuple(each.name for each in readings(*EXPERIMENTS[name].parts))
@@ -57,7 +58,7 @@ READINGS: Final[Mapping[str, tuple[str, ...]]] = {
 READING_COLUMNS: Final = tuple(sorted({name for own in READINGS.values() for name in own}))
 """All columns of readings."""
 
-NUMBERS: Final = (TIME.name, PRESSURE.name, DISPLACEMENT.name, *READING_COLUMNS)
+NUMBERS: Final = (TIME.name, PRESSURE.name, VOLUME.name, DISPLACEMENT.name, *READING_COLUMNS)
 """All columns of numbers."""
 
 MEASURED: Final = (*WHO, *NUMBERS)
@@ -68,6 +69,16 @@ IGNORED: Final = frozenset(
     | {CURVE.name, *(each.name for each in (*OBSTACLE, *AIR_SUPPLY, *ENERGIES))}
 ) - {*MEASURED}
 """Further columns of a simulation's ``result.csv``, which no instrument reads."""
+
+
+def controls_of(experiment: str) -> tuple[str, ...]:
+    """List the columns one of which an experiment prescribes.
+
+    Args:
+        experiment: its name.
+    """
+    control = CONTROL[experiment]
+    return (control, VOLUME.name) if control == PRESSURE.name else (control,)
 
 
 def of_markers(names: Iterable[str]) -> tuple[str, ...]:
@@ -222,10 +233,13 @@ def _checked(file: Path, cells: dict[str, str], experiments: Sequence[str]) -> d
     numbers = {*NUMBERS, *markers, *supplies}
     row |= {name: _number(name, text) for name, text in cells.items() if name in numbers}
     control, readings = CONTROL[row["experiment"]], read_by(row["experiment"], cells)
-    if control not in row:
+    there = [name for name in controls_of(row["experiment"]) if name in row]
+    if not there:
         raise ConfigError(
             f"{control}: missing; allowed: a number in each row of {row['experiment']}"
         )
+    if len(there) > 1:
+        raise ConfigError(f"{' and '.join(there)}: both told; allowed: what was prescribed")
     driven = supplies if control == PRESSURE.name else ()
     every = (*READING_COLUMNS, *markers, *supplies)
     foreign = [name for name in every if name in row and name not in (*readings, *driven)]
@@ -286,7 +300,7 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
     """Check the rows of one specimen in one experiment together."""
     for (experiment, specimen), rows in table.groupby(["experiment", "specimen"], sort=False):
         who = f"{experiment} of {specimen}"
-        numbers = [TIME.name, *filter(cavity_of_supply, rows.columns)]
+        numbers = [TIME.name, VOLUME.name, *filter(cavity_of_supply, rows.columns)]
         for name in (*numbers, "branch"):
             absent = rows[name].isna() | (rows[name] == "")
             if absent.any() and not absent.all():

@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.extensions.effect import Effect, FittedKey
+from dolfingrip.extensions.effect import Effect, FittedKey, Stage
 from dolfingrip.extensions.index import camera_errors, fitted_effects
 from dolfingrip.parameter import every, named
 from dolfingrip.parameter.nuisances import SPECIMEN, changes, known, modulus_keys
@@ -34,7 +34,8 @@ def feels(cls: type[Effect], test: SpecimenTest) -> bool:
         cls: the effect.
         test: one of a measurement.
     """
-    return test.of_finger and cls.felt_on(EXPERIMENTS[test.experiment].parts)
+    supplied = not (test.by_volume and issubclass(cls, Stage))
+    return test.of_finger and supplied and cls.felt_on(EXPERIMENTS[test.experiment].parts)
 
 
 def fitted_in(

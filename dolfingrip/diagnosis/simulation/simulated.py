@@ -19,15 +19,16 @@ from dolfingrip import parameter
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
-from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.runner import Workers, request
 from dolfingrip.diagnosis.simulation.stops import StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.index import effect
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.protocol_file import key as key_of
+from dolfingrip.sections.section import Section
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class SimulationGroup:
         kind = effect(name.partition(".")[0])
         if kind.by_decades and max(self.in_time.cycle) < 10:
             return False
-        felt: bool = kind.felt_on(EXPERIMENTS[self.experiment].parts)
+        felt = kind.felt_on(EXPERIMENTS[self.experiment].parts) and _supplied(kind, self.config)
         return felt and (self.experiment != "bending" or kind.felt_in_bending(self.config))
 
 
@@ -129,7 +130,7 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     parts = []
     for of_setup in _together(measurement.tests, same_setup):
         first = of_setup[0]
-        control = CONTROL[first.experiment]
+        control = first.prescribed
         curve, moving = None, moves(applied[first.number])
         if not (first.supplies or moving):
             curve = stops.elastic([ways[test.number] for test in of_setup], control)
@@ -347,11 +348,17 @@ def _planned(
     return group, config, route, wanted
 
 
+def _supplied(section: type[Section], config: Config) -> bool:
+    """Return whether a section acts: where a volume is prescribed, no stage of a supply does."""
+    return config.experiment.control == "pressure" or not issubclass(section, Stage)
+
+
 def _feels(experiment: str, config: Config, key: str) -> bool:
     """Return whether an experiment's readings can depend on a parameter."""
     return any(
         p.section.felt_on(EXPERIMENTS[experiment].parts)
         for p in parameter.every(config)
+        if _supplied(p.section, config)
         if p.key == key or p.key.startswith(f"{key}[")
         if config.mesh.file is None or not issubclass(p.section, Geometry)
     )

@@ -33,6 +33,7 @@ from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.parameter import Parameter
 from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.units import UNITS_MM
 
 
 class FingerRig(Rig):
@@ -129,8 +130,8 @@ class FingerRig(Rig):
     def controls(self, stop: Stop) -> Mapping[str, float]:
         if CONTROL not in self._finger.model.controls:
             return {"pressure_kPa": stop.value, **stop.others, "time_s": stop.time_s}
-        volume = self._rest_mm3 * (1 + stop.value)
-        return {CONTROL: volume, "time_s": stop.time_s}
+        unit_mm3 = UNITS_MM["cm"] ** 3 if self._config.protocol.volume_ml else self._rest_mm3
+        return {CONTROL: self._rest_mm3 + unit_mm3 * stop.value, "time_s": stop.time_s}
 
     @property
     def from_rest_shape(self) -> bool:
