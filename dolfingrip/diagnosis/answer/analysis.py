@@ -218,7 +218,7 @@ class Analysis[S: Simulator]:
 
     def expected(
         self, fits: Sequence[MapFit], additions: Sequence[Proposal]
-    ) -> list[list[tuple[np.ndarray, np.ndarray]] | None]:
+    ) -> list[tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray] | None]:
         """Simulate additions at fits: readings, (m,), and derivatives by ζ, (m, d), of each.
 
         Args:
@@ -226,28 +226,26 @@ class Analysis[S: Simulator]:
             additions: what may be measured, by a rig that is as reported; all on one mesh.
 
         Returns:
-            Of each addition; None where a hypothesis does not reach all its readings.
+            Of each addition, with the covariance by what no hypothesis fits so far, (m, m); None
+            where a hypothesis does not reach all its readings.
         """
         simulated = self.simulation.additions(
             [self.point(fit) for fit in fits],
             [addition.measurement for addition in additions], known_mesh=additions[0].known_mesh,
         )  # fmt: skip
-        return [
-            None if None in runs
-            else [
-                self._expected(fit, run, addition)
-                for fit, run in zip(fits, runs, strict=True) if run is not None
-            ]
-            for addition, runs in zip(additions, simulated, strict=True)
-        ]  # fmt: skip
+        told: list[tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray] | None] = []
+        for runs, rig in simulated:
+            changes = {number.name: number.change for number in rig}
+            pairs = zip(fits, runs, strict=True)
+            read = [self._expected(fit, run, changes) for fit, run in pairs if run is not None]
+            told.append(None if None in runs else (read, self.unfitted(changes, read[0][0])))
+        return told
 
     def _expected(
-        self, fit: MapFit, tangents: Tangents, addition: Proposal
+        self, fit: MapFit, tangents: Tangents, changes: Mapping[str, np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Readings of an addition at a fit, and derivatives by ζ."""
         problem, count = self.problem, self.problem.simulated_count
-        anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
-        changes = {nuisance.name: nuisance.change for nuisance in anew}
         (columns,) = tangents.told
         numbers = zip(problem.unknowns(fit.subset), fit.zeta, strict=True)
         slopes = np.array([number.coordinate(np.array(zeta))[1] for number, zeta in numbers])
@@ -257,19 +255,18 @@ class Analysis[S: Simulator]:
             slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
         return columns[:, 0], slopes
 
-    def covariance(self, addition: Proposal, readings: np.ndarray) -> np.ndarray:
+    def unfitted(self, changes: Mapping[str, np.ndarray], readings: np.ndarray) -> np.ndarray:
         """(m, m) covariance of an addition by what no hypothesis fits so far.
 
         Args:
-            addition: what may be measured.
+            changes: of its readings by numbers of the rig, by name, (m,) each.
             readings: (m,) that are expected.
         """
         scatter, fitted = self.errors.scatter, {number.told_as for number in self.problem.always}
         # a new coupon is another specimen
         stiff = max(scatter.scale, scatter.prior_scale) if self.closed_form else 0.0
-        anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
-        changes = [number.change for number in anew if number.name not in fitted]
-        every = np.column_stack([stiff * readings, *changes])
+        others = [change for name, change in changes.items() if name not in fitted]
+        every = np.column_stack([stiff * readings, *others])
         return np.asarray(every @ every.T)
 
 
