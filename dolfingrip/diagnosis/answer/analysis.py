@@ -233,13 +233,13 @@ class Analysis[S: Simulator]:
             [self.point(fit) for fit in fits],
             [addition.measurement for addition in additions], known_mesh=additions[0].known_mesh,
         )  # fmt: skip
-        told: list[tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray] | None] = []
+        answers: list[tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray] | None] = []
         for runs, rig in simulated:
             changes = {number.name: number.change for number in rig}
             pairs = zip(fits, runs, strict=True)
             read = [self._expected(fit, run, changes) for fit, run in pairs if run is not None]
-            told.append(None if None in runs else (read, self.unfitted(changes, read[0][0])))
-        return told
+            answers.append(None if None in runs else (read, self.unfitted(changes, read[0][0])))
+        return answers
 
     def _expected(
         self, fit: MapFit, tangents: Tangents, changes: Mapping[str, np.ndarray]
@@ -327,24 +327,24 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
         itself.
     """
     problem = analysis.problem
-    own = none.zeta[: problem.nuisance_count]
+    rig = none.zeta[: problem.nuisance_count]
     hidden: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
         zeta = cause.at_strength()
-        if problem.strength(name, own, zeta) < problem.policy.visible:
-            _, hidden[name] = _taken(analysis, own, problem.change(name, own, zeta))
+        if problem.strength(name, rig, zeta) < problem.policy.visible:
+            _, hidden[name] = _taken(analysis, rig, problem.change(name, rig, zeta))
     return hidden
 
 
 def _taken(
-    analysis: Analysis, own: np.ndarray, change: np.ndarray
+    analysis: Analysis, rig: np.ndarray, change: np.ndarray
 ) -> tuple[float, tuple[str, ...]]:
     """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
     noise = analysis.errors.noise
     alone = float(np.linalg.norm(change / noise))
     if alone < analysis.problem.policy.visible:
         return alone, ()
-    always, columns = analysis.problem.always, analysis.problem.slopes(NONE, own) / noise[:, None]
+    always, columns = analysis.problem.always, analysis.problem.slopes(NONE, rig) / noise[:, None]
     names = [number.names[0] if number.names else number.key for number in always]
     parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
     order = np.argsort(parts)[::-1]
@@ -373,11 +373,11 @@ def alternatives(
         if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
         fit, count = fits[subset, 0.0], problem.nuisance_count
-        own = fit.zeta[:count]
-        change = problem.change(*subset, own, fit.zeta[count:])
+        rig = fit.zeta[:count]
+        change = problem.change(*subset, rig, fit.zeta[count:])
         more = _room(analysis, fit, change)
         more_of_readings = problem.slopes(subset, fit.zeta)[:, count:] @ more[count:]
-        alone, behind = _taken(analysis, own, change + more_of_readings)
+        alone, behind = _taken(analysis, rig, change + more_of_readings)
         if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             possible.append(Alternative(fit, factor, behind, stronger))
