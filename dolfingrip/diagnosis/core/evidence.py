@@ -77,7 +77,7 @@ class InferenceProblem:
             first, those that readings are linear in last.
         linear: changes by one standard deviation of these, shape (n, l).
         numbers: of the causes, by name.
-        covariance: of noise and nuisances, shape (n, n).
+        covariance: of noise, mesh and specimens, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         runs: simulations by the causes that acted in them, as functions of the model's own numbers
             that are not linear and of the causes' numbers, in this order.
