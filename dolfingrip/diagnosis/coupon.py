@@ -111,21 +111,18 @@ class CouponSimulation:
 
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
-    ) -> list[list[Tangents | None]]:
-        """Simulate other coupons, all at once; these have no mesh."""
+    ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
+        """Simulate other coupons, all at once; these have no mesh, and each is clamped anew."""
         together = joined(*measurements)
         tangents = CouponSimulation(together, self.config)._tangents(points)
-        tests, first, answers = together.listed["test"].to_numpy(), 0, []
+        tests, first = together.listed["test"].to_numpy(), 0
+        answers: list[tuple[list[Tangents | None], Sequence[Nuisance]]] = []
         for measurement in measurements:
             last = first + measurement.listed["test"].nunique()
             rows = (tests >= first) & (tests < last)
-            answers.append([_reached(run.rows(rows)) for run in tangents])
+            answers.append(([_reached(run.rows(rows)) for run in tangents], ()))
             first = last
         return answers
-
-    def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
-        """Return nothing: another coupon is clamped once more."""
-        return ()
 
     def at(self, points: Sequence[Point]) -> list[Tangents | None]:
         """Simulate other numbers, those of the same causes together; None without equilibrium."""

@@ -149,12 +149,6 @@ class FingerSimulation:
         numbers = nuisances(self.measurement, self.base)
         return [replace(number, change=np.nan_to_num(number.change)) for number in numbers]
 
-    def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
-        """Return what the rig's numbers change about another measurement; the plate is set anew."""
-        other = self.of(measurement, known_mesh=known_mesh)
-        anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
-        return [number for number in other.rig if number.name.partition(" at ")[0] not in anew]
-
     def free(self, point: Point) -> Point | None:
         """Return the start with errors of instruments, which follow from its simulation."""
         if self.start is None or not point.causes or not all(shown(c) for c, _ in point.causes):
@@ -167,9 +161,14 @@ class FingerSimulation:
 
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
-    ) -> list[list[Tangents | None]]:
-        """Simulate other measurements, on either mesh."""
-        return [self.of(other, known_mesh=known_mesh).at(points) for other in measurements]
+    ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
+        """Simulate other measurements, on either mesh; the plate is set anew."""
+        anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
+        others = [self.of(other, known_mesh=known_mesh) for other in measurements]
+        return [
+            (other.at(points), [n for n in other.rig if n.name.partition(" at ")[0] not in anew])
+            for other in others
+        ]
 
     # -- with causes ------------------------------------------------------------------------------
 

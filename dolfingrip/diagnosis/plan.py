@@ -55,15 +55,15 @@ def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
     Args:
         planned: the readings to be.
     """
-    problem, found = planned.problem, [EffectOutlook(effect=name) for name in planned.unseen]
-    own = np.zeros(problem.nuisance_count)
+    problem, listed = planned.problem, [EffectOutlook(effect=name) for name in planned.unseen]
+    at_rest = np.zeros(problem.nuisance_count)
     shown = shows_memory(planned.measurement)
     by_shape = () if shown else told_by_shape(planned.causes, planned.measurement)
     for name, cause in planned.causes.items():
         by_ordinary, at = strengths(cause, problem.policy), cause.at_strength()
-        zetas = [np.r_[own, cause.at_strength(float(s))] for s in by_ordinary]
+        zetas = [np.r_[at_rest, cause.at_strength(float(s))] for s in by_ordinary]
         true = np.column_stack([problem.predicted((name,), zeta) for zeta in zetas])
-        rivals = _rivals(planned, problem.predicted((name,), np.r_[own, at]))
+        rivals = _rivals(planned, problem.predicted((name,), np.r_[at_rest, at]))
         mass = _expected(planned, rivals, true)
         sets = [_named(row, problem.policy) for row in mass]
         alone = np.array([names == (name,) and name not in by_shape for names in sets])
@@ -72,17 +72,17 @@ def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
         least = problem.policy.matters * ordinary[name]
         others = sorted(ordinary, key=lambda other: -ordinary[other])
         named = threshold(by_ordinary, alone)
-        found.append(EffectOutlook(
-            effect=name, strength_sigma=problem.strength(name, own, at), named_from=named,
+        listed.append(EffectOutlook(
+            effect=name, strength_sigma=problem.strength(name, at_rest, at), named_from=named,
             ordinary=", ".join(f"{n.key.rpartition('.')[2]} = {float(n.at(z)):.4g}"
                                for n, z in zip(cause.numbers, at, strict=True)),
             named_from_sigma=None if named is None
-            else problem.strength(name, own, cause.at_strength(named)),
+            else problem.strength(name, at_rest, cause.at_strength(named)),
             class_from=threshold(by_ordinary, within), share=float(alone.mean()),
             class_share=float(within.mean()),
             confused_with=tuple(n for n in others if n not in ("", name) and ordinary[n] > least),
         ))  # fmt: skip
-    return sorted(found, key=lambda outlook: -outlook.strength_sigma)
+    return sorted(listed, key=lambda outlook: -outlook.strength_sigma)
 
 
 def _rivals(planned: Analysis[Any], value: np.ndarray) -> dict[str, Rival]:
@@ -144,9 +144,9 @@ def threshold(by_ordinary: np.ndarray, named: np.ndarray) -> float | None:
     return float(np.sqrt(by_ordinary[max(place - 1, 0)] * by_ordinary[place]))
 
 
-def share(found: Sequence[EffectOutlook]) -> float:
+def share(listed: Sequence[EffectOutlook]) -> float:
     """Part of the effects that is named, strengths from their priors."""
-    return float(np.mean([outlook.share for outlook in found] or [0.0]))
+    return float(np.mean([outlook.share for outlook in listed] or [0.0]))
 
 
 def analyse_plan(
@@ -213,8 +213,8 @@ def plan(
     with staying(store, settings.workers, settings.progress) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
         planned = analyse_plan(measurement, config, workers, names)
-        found = outlooks(planned)
-        before, named = share(found), {e.effect for e in found if e.at_ordinary}
+        listed = outlooks(planned)
+        before, named = share(listed), {e.effect for e in listed if e.at_ordinary}
         additions: list[AdditionWorth] = []
         failed = [f"{name} could not be tried: {why}" for name, why in planned.failed.items()]
         if names is not None:
@@ -241,8 +241,8 @@ def plan(
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
         readings=len(measurement.listed), minutes=float(lasting), share=before,
-        class_share=float(np.mean([e.class_share for e in found] or [0.0])),
-        effects=tuple(found),
+        class_share=float(np.mean([e.class_share for e in listed] or [0.0])),
+        effects=tuple(listed),
         additions=tuple(sorted(additions, key=lambda a: -a.gain_per_minute)),
         warnings=(*measurement.warnings, *failed),
     )  # fmt: skip

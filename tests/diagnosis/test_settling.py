@@ -137,10 +137,10 @@ def test_a_further_measurement_is_weighed_where_nothing_is_named(
     def expected(fits: Any, tests: Any) -> Any:
         simulated.extend(fit.subset for fit in fits)
         read = [np.array([1.0, 2.0 + (LAW in fit.subset)]) for fit in fits]
-        return [[(r, np.zeros((2, len(fit.zeta)))) for r, fit in zip(read, fits, strict=True)]]
+        slopes = [np.zeros((2, len(fit.zeta))) for fit in fits]
+        return [(list(zip(read, slopes, strict=True)), np.zeros((2, 2)))]
 
     found.analysis.expected = expected
-    found.analysis.covariance = lambda test, readings: np.zeros((2, 2))
     monkeypatch.setattr(settling, "proposals", lambda measurement, config: [pull])
     monkeypatch.setattr(settling, "shows_memory", lambda *measurements: True)
     weighed, failed = settled_by(found, print, simulating=True)

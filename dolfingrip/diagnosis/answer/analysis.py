@@ -218,7 +218,7 @@ class Analysis[S: Simulator]:
 
     def expected(
         self, fits: Sequence[MapFit], additions: Sequence[Proposal]
-    ) -> list[list[tuple[np.ndarray, np.ndarray]] | None]:
+    ) -> list[tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray] | None]:
         """Simulate additions at fits: readings, (m,), and derivatives by ζ, (m, d), of each.
 
         Args:
@@ -226,28 +226,26 @@ class Analysis[S: Simulator]:
             additions: what may be measured, by a rig that is as reported; all on one mesh.
 
         Returns:
-            Of each addition; None where a hypothesis does not reach all its readings.
+            Of each addition, with the covariance by what no hypothesis fits so far, (m, m); None
+            where a hypothesis does not reach all its readings.
         """
         simulated = self.simulation.additions(
             [self.point(fit) for fit in fits],
             [addition.measurement for addition in additions], known_mesh=additions[0].known_mesh,
         )  # fmt: skip
-        return [
-            None if None in runs
-            else [
-                self._expected(fit, run, addition)
-                for fit, run in zip(fits, runs, strict=True) if run is not None
-            ]
-            for addition, runs in zip(additions, simulated, strict=True)
-        ]  # fmt: skip
+        answers: list[tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray] | None] = []
+        for runs, rig in simulated:
+            changes = {number.name: number.change for number in rig}
+            pairs = zip(fits, runs, strict=True)
+            read = [self._expected(fit, run, changes) for fit, run in pairs if run is not None]
+            answers.append(None if None in runs else (read, self.unfitted(changes, read[0][0])))
+        return answers
 
     def _expected(
-        self, fit: MapFit, tangents: Tangents, addition: Proposal
+        self, fit: MapFit, tangents: Tangents, changes: Mapping[str, np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Readings of an addition at a fit, and derivatives by ζ."""
         problem, count = self.problem, self.problem.simulated_count
-        anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
-        changes = {nuisance.name: nuisance.change for nuisance in anew}
         (columns,) = tangents.told
         numbers = zip(problem.unknowns(fit.subset), fit.zeta, strict=True)
         slopes = np.array([number.coordinate(np.array(zeta))[1] for number, zeta in numbers])
@@ -257,19 +255,18 @@ class Analysis[S: Simulator]:
             slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
         return columns[:, 0], slopes
 
-    def covariance(self, addition: Proposal, readings: np.ndarray) -> np.ndarray:
+    def unfitted(self, changes: Mapping[str, np.ndarray], readings: np.ndarray) -> np.ndarray:
         """(m, m) covariance of an addition by what no hypothesis fits so far.
 
         Args:
-            addition: what may be measured.
+            changes: of its readings by numbers of the rig, by name, (m,) each.
             readings: (m,) that are expected.
         """
         scatter, fitted = self.errors.scatter, {number.told_as for number in self.problem.always}
         # a new coupon is another specimen
         stiff = max(scatter.scale, scatter.prior_scale) if self.closed_form else 0.0
-        anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
-        changes = [number.change for number in anew if number.name not in fitted]
-        every = np.column_stack([stiff * readings, *changes])
+        others = [change for name, change in changes.items() if name not in fitted]
+        every = np.column_stack([stiff * readings, *others])
         return np.asarray(every @ every.T)
 
 
@@ -330,24 +327,24 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
         itself.
     """
     problem = analysis.problem
-    own = none.zeta[: problem.nuisance_count]
+    rig = none.zeta[: problem.nuisance_count]
     hidden: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
         zeta = cause.at_strength()
-        if problem.strength(name, own, zeta) < problem.policy.visible:
-            _, hidden[name] = _taken(analysis, own, problem.change(name, own, zeta))
+        if problem.strength(name, rig, zeta) < problem.policy.visible:
+            _, hidden[name] = _taken(analysis, rig, problem.change(name, rig, zeta))
     return hidden
 
 
 def _taken(
-    analysis: Analysis, own: np.ndarray, change: np.ndarray
+    analysis: Analysis, rig: np.ndarray, change: np.ndarray
 ) -> tuple[float, tuple[str, ...]]:
     """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
     noise = analysis.errors.noise
     alone = float(np.linalg.norm(change / noise))
     if alone < analysis.problem.policy.visible:
         return alone, ()
-    always, columns = analysis.problem.always, analysis.problem.slopes(NONE, own) / noise[:, None]
+    always, columns = analysis.problem.always, analysis.problem.slopes(NONE, rig) / noise[:, None]
     names = [number.names[0] if number.names else number.key for number in always]
     parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
     order = np.argsort(parts)[::-1]
@@ -376,11 +373,11 @@ def alternatives(
         if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
         fit, count = fits[subset, 0.0], problem.nuisance_count
-        own = fit.zeta[:count]
-        change = problem.change(*subset, own, fit.zeta[count:])
+        rig = fit.zeta[:count]
+        change = problem.change(*subset, rig, fit.zeta[count:])
         more = _room(analysis, fit, change)
         more_of_readings = problem.slopes(subset, fit.zeta)[:, count:] @ more[count:]
-        alone, behind = _taken(analysis, own, change + more_of_readings)
+        alone, behind = _taken(analysis, rig, change + more_of_readings)
         if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             possible.append(Alternative(fit, factor, behind, stronger))

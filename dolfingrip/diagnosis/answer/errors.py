@@ -1,6 +1,6 @@
-"""Everything but causes that readings differ by, as one covariance.
+"""Everything but causes and the rig's numbers that readings differ by, as one covariance.
 
-Noise (:mod:`.noise`), the rig, the mesh, specimens (:mod:`.specimens`), artefacts of instruments
+Noise (:mod:`.noise`), the mesh, specimens (:mod:`.specimens`), artefacts of instruments
 (:mod:`.artefacts`), and where the readings lie for a discrepancy (:mod:`.discrepancy`).
 """
 

@@ -73,13 +73,14 @@ def settled_by(
         except ConfigError as error:
             failed += [f"{test.name} could not be judged: {error}" for test in together]
             continue
-        for test, readings in zip(together, expectations, strict=True):
-            if readings is None:
+        for test, expectation in zip(together, expectations, strict=True):
+            if expectation is None:
                 why = "a simulation of a likely cause does not reach all readings"
                 failed.append(f"{test.name} could not be judged: {why}")
             else:
-                simulated = dict(zip(map(id, compared), readings, strict=True))
-                helpful.append(_tested(analysis, comparison, test, fits, simulated))
+                simulated = dict(zip(map(id, compared), expectation[0], strict=True))
+                weighed_test = _tested(analysis, comparison, test, fits, simulated, expectation[1])
+                helpful.append(weighed_test)
     return sorted(helpful, key=lambda worth: worth.rank), failed
 
 
@@ -113,6 +114,7 @@ def _tested(
     proposal: Proposal,
     fits: Sequence[MapFit],
     simulated: Mapping[int, tuple[np.ndarray, np.ndarray]],
+    others: np.ndarray,
 ) -> NextExperiment:
     """Weigh a test by simulations of hypotheses; the rig's own errors are others then.
 
@@ -125,7 +127,6 @@ def _tested(
         count = min(slopes.shape[1], analysis.problem.nuisance_count)
         alike[:, :count] = slopes[:, :count]
         after.append(_rival(analysis, fit, *simulated.get(id(fit), (readings, alike))))
-    others = analysis.covariance(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew
     seen = shows_memory(analysis.measurement, proposal.measurement)
     remembers = np.array([any(map(remembers_state, rival.acting)) for rival in after])

@@ -77,7 +77,7 @@ class InferenceProblem:
             first, those that readings are linear in last.
         linear: changes by one standard deviation of these, shape (n, l).
         numbers: of the causes, by name.
-        covariance: of noise and nuisances, shape (n, n).
+        covariance: of noise, mesh and specimens, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         runs: simulations by the causes that acted in them, as functions of the model's own numbers
             that are not linear and of the causes' numbers, in this order.
@@ -276,15 +276,15 @@ class InferenceProblem:
         """Derivatives of the readings by ζ, shape (n, d)."""
         return self.every_reading(subset, zeta)[1][: len(self.value)]
 
-    def change(self, name: str, own: np.ndarray, zeta: np.ndarray) -> np.ndarray:
-        """Return the change of the readings by a cause at ζ, the model's own numbers at (own,)."""
-        with_it = self.predicted((name,), np.r_[own, zeta])
-        return np.asarray(with_it - self.predicted(NONE, own))
+    def change(self, name: str, rig: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+        """Return the change of the readings by a cause at ζ, the model's numbers at ``rig``."""
+        with_it = self.predicted((name,), np.r_[rig, zeta])
+        return np.asarray(with_it - self.predicted(NONE, rig))
 
-    def strength(self, name: str, own: np.ndarray, zeta: np.ndarray) -> float:
+    def strength(self, name: str, rig: np.ndarray, zeta: np.ndarray) -> float:
         """Length of a cause's change, the model's own numbers left free, standard deviations."""
-        with_it, _ = self.every_reading((name,), np.r_[own, zeta])
-        without, slopes = self.every_reading(NONE, own)
+        with_it, _ = self.every_reading((name,), np.r_[rig, zeta])
+        without, slopes = self.every_reading(NONE, rig)
         white, free = map(self.levels[0.0].whitened, (with_it - without, slopes))
         return float(np.sqrt(max(white @ (white - free @ taken(white, free)), 0.0)))
 

@@ -1,8 +1,8 @@
 """What is not known: a number with its prior, as a standard normal one, θ = θ(ζ), and its role.
 
-An unknown is fitted in every hypothesis, as the factor of all moduli is; or integrated out, as a
-regulator's zero is, whose change of the readings is linear; or it is a number of a cause that may
-be named. One that is integrated out is a cause, too, where it is implausible by its prior.
+An unknown is a number of the model or its rig, which every hypothesis fits, as the factor of all
+moduli or a regulator's zero; or it is a number of a cause that may be named. Some numbers of the
+rig are causes, too, where they are implausible by their priors.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ class Unknown:
         amplitude: whether the effect vanishes at a value of it.
         listed: whether the configuration has a list with this one entry.
         modulus: whether it is in proportion to the stiffness of the material.
-        role: fitted in every hypothesis, integrated out, or of a cause that may be named.
+        role: fitted in every hypothesis, and told among the fitted numbers; fitted, too, but never
+            far from what was told; or of a cause that may be named.
         names: causes that it stands for where it is implausible by its prior; one that has no name
             is not tried so.
         unit: of a number that is no key of the configuration; empty where it is relative.

@@ -146,8 +146,8 @@ class Simulator(Protocol):
 
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
-    ) -> list[list[Tangents | None]]:
-        """Simulate other measurements of the same model.
+    ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
+        """Simulate other measurements of the same model, made later by the same rig.
 
         Args:
             points: the numbers.
@@ -155,15 +155,8 @@ class Simulator(Protocol):
             known_mesh: whether on the mesh of the fits; else on the one that costs least.
 
         Returns:
-            Of each measurement what :meth:`at` returns.
-        """
-
-    def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
-        """Return what the rig's numbers change about another measurement, made later by the rig.
-
-        Args:
-            measurement: what is simulated.
-            known_mesh: see :meth:`additions`.
+            Of each measurement what :meth:`at` returns, and what the rig's numbers change about it,
+            but for those that are set anew.
         """
 
 

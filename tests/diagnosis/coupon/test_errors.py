@@ -66,8 +66,7 @@ def test_a_new_coupon_may_differ_as_much_as_was_told_or_found(found: float, told
     of = SimpleNamespace(
         errors=SimpleNamespace(scatter=scatter), closed_form=True,
         problem=SimpleNamespace(always=()),
-        simulation=SimpleNamespace(anew=lambda _, **__: ()),
     )  # fmt: skip
     readings = np.array([2.0, 5.0])
-    others = Analysis.covariance(of, SimpleNamespace(measurement=None, known_mesh=True), readings)  # type: ignore[arg-type]
+    others = Analysis.unfitted(of, {}, readings)  # type: ignore[arg-type]
     np.testing.assert_allclose(np.sqrt(np.diag(others)), max(0.03, found) * readings)
