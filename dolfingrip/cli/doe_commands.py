@@ -117,7 +117,7 @@ def _check_felt(key: str, quantities: Sequence[str], config: Config) -> None:
     # the unloaded shape is that of a finger that is bent
     experiments = [find(name or "bending") for name in names]
     change = {} if None in names and key.startswith("cog.") else {key: None}
-    said = [list(idle(each, each.settings(config), change)) for each in experiments]
+    said = [list(idle(one, one.settings(config), change)) for one in experiments]
     if said and all(said):
         raise ConfigError(f"--parameter {said[0][0]}; allowed: a key that a quantity depends on")
 

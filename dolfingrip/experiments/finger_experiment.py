@@ -157,8 +157,8 @@ def _units(config: Config) -> Iterator[str]:
         said = f"a shear modulus of {mu:.4g} MPa, where rubbers have {low:g} to {high:g} MPa"
         yield f"{next(iter(moduli(config)))}: {said}; {fits[-1] if fits else 'in which unit?'}"
     key, length_mm = f"{config.geometry_table}.length_mm", config.geometry.length_mm
-    file, told = config.mesh.file, "length_mm" in config.geometry.model_fields_set
-    if file is not None and file.is_file() and not told:
+    file, length_is_given = config.mesh.file, "length_mm" in config.geometry.model_fields_set
+    if file is not None and file.is_file() and not length_is_given:
         from dolfingrip.experiments.rigs.undeformed import solid
 
         z_mm = solid(config).points[:, 2]

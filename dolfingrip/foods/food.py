@@ -60,8 +60,8 @@ class FoodShape(FoodKeys):
     @property
     def unused(self) -> Collection[str]:
         """Keys of other kinds' shapes."""
-        own = KINDS[self.kind].model_fields
-        return [key for shape in SHAPES for key in shape.model_fields if key not in own]
+        used = KINDS[self.kind].model_fields
+        return [key for shape in SHAPES for key in shape.model_fields if key not in used]
 
     @property
     def shape(self) -> FoodKind:

@@ -161,7 +161,7 @@ def scale_bar_mm(px_per_mm: float) -> float:
     """
     most = _BAR * DPI / px_per_mm
     ten = 10.0 ** np.floor(np.log10(most))
-    return float(max(each * ten for each in (1, 2, 5) if each * ten <= most))
+    return float(max(digit * ten for digit in (1, 2, 5) if digit * ten <= most))
 
 
 def _draw_scale(
