@@ -188,7 +188,8 @@ MODES: dict[str, dict[str, Any]] = {
 
 AT_ITS_DEFAULT = {
     "mesh.both_sides", "camera.from_mm", "camera.to_mm", "protocol.displacement_mm",
-    "protocol.cycle", "protocol.branch", "protocol.pressure_kPa", "supply.board",
+    "protocol.cycle", "protocol.branch", "protocol.pressure_kPa", "protocol.volume_ml",
+    "base.time_s", "base.acceleration_m_s2", "supply.board",
 }  # fmt: skip
 """Keys that are refused where nothing looks at them; a board's name stands for other keys."""
 
