@@ -80,7 +80,8 @@ def test_the_sag_is_a_result(beam: Path, mass_g: float, centre_mm: float) -> Non
     assert -x == pytest.approx(sag_by_theory_mm(**given), rel=0.02)
     assert y == 0
     assert z < 0
-    assert result.column("tip_x_mm") == pytest.approx([0.0], abs=1e-9)
+    # of a slender bar round-off alone moves the tip by some 1e-9 mm, as processors differ
+    assert result.column("tip_x_mm") == pytest.approx([0.0], abs=1e-8)
 
 
 def moving(beam: Path, end_s: float, gradients: list[str] | None = None, **further: Any) -> Any:
