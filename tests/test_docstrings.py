@@ -21,13 +21,6 @@ LEANS_ON_OTHERS = re.compile(
 )
 """Beginnings of a first line that cannot be read without the lines around it."""
 
-TWICE = {
-    "Answer": "of a job, and of a request: each is the only one of its package",
-    "Moment": "of a grasp's readings, and of its picture",
-    "Part": "of a result file, and of a scene",
-}
-"""Class names that two modules have, each for a reason."""
-
 REPLACED = re.compile(r"(setattr|patch)[\w.]*\([^()]*\bPOLICY\b|\w\.POLICY = ")
 """Where a module's policy is replaced by another, not given to what decides by it."""
 
@@ -125,7 +118,7 @@ def test_class_names_are_given_once() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(name)
     twice = {name: found for name, found in places.items() if len(found) > 1}
-    assert twice.keys() == TWICE.keys(), twice
+    assert twice == {}
 
 
 def test_no_test_replaces_a_policy() -> None:

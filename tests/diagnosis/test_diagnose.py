@@ -122,10 +122,12 @@ def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
         known_mesh: bool,
     ) -> list[list[Tangents | None]]:
         simulated = exact(self, points, measurements, known_mesh=known_mesh)
-        for measurement, runs in zip(measurements, simulated, strict=True):
-            if measurement.readings["displacement_mm"].max() > farther:
-                runs[0] = None
-        return simulated
+        return [
+            [None, *runs[1:]]
+            if measurement.readings["displacement_mm"].max() > farther
+            else [*runs]
+            for measurement, runs in zip(measurements, simulated, strict=True)
+        ]
 
     monkeypatch.setattr(CouponSimulation, "additions", additions)
     found, failed = settled_by(ninjaflex, print, simulating=True)

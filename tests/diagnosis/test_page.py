@@ -53,7 +53,8 @@ def bending(control: np.ndarray = CONTROL) -> Any:
     return SimpleNamespace(
         problem=SimpleNamespace(value=0.1 * control), configured=0.1 * control, errors=errors,
         measurement=SimpleNamespace(
-            listed=rows, channels=lambda: {"angle_deg": read}, policy=Policy()
+            listed=rows, channels=lambda: {"angle_deg": read}, policy=Policy(),
+            tests=[SimpleNamespace(experiment="bending", prescribed="pressure_kPa")],
         ),
     )  # fmt: skip
 

@@ -110,7 +110,7 @@ def test_the_command(tmp_path: Path) -> None:
 
 
 def test_bad_input_is_said_in_one_line() -> None:
-    with pytest.raises(ConfigError, match=r"--noise force = 1: allowed: pressure_kPa, angle_deg"):
+    with pytest.raises(ConfigError, match=r"--noise force = 1: allowed: pressure_kPa, volume_ml, "):
         synthetic.check_noise({"force": 1})
     with pytest.raises(ConfigError, match=r"--noise force_N = -1: allowed: a number from 0 on"):
         synthetic.check_noise({"force_N": -1})

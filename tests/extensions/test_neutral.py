@@ -37,7 +37,7 @@ class Place:
     """
 
     mu, lmbda = MU, LMBDA
-    step_s, time_s = 3.0, 600.0
+    step_s, time_s, cycle = 3.0, 600.0, 50.0
 
     def __init__(self, **more: float) -> None:
         self._more = more
