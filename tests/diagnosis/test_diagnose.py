@@ -19,6 +19,7 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.blend import Tangents
+from dolfingrip.diagnosis.core.unknown import Nuisance
 from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
@@ -120,13 +121,11 @@ def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
         measurements: Sequence[Measurement],
         *,
         known_mesh: bool,
-    ) -> list[list[Tangents | None]]:
+    ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
         simulated = exact(self, points, measurements, known_mesh=known_mesh)
         return [
-            [None, *runs[1:]]
-            if measurement.readings["displacement_mm"].max() > farther
-            else [*runs]
-            for measurement, runs in zip(measurements, simulated, strict=True)
+            ([None, *runs[1:]] if read["displacement_mm"].max() > farther else runs, rig)
+            for read, (runs, rig) in zip([m.readings for m in measurements], simulated, strict=True)
         ]
 
     monkeypatch.setattr(CouponSimulation, "additions", additions)

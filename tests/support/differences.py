@@ -77,7 +77,8 @@ SUPPLIED = (
     "protocol.time_s=[0.0, 0.02, 0.04, 0.1, 0.2, 0.3]",
     "protocol.pressure_kPa=[0.0, 40.0, 40.0, 40.0, 40.0, 0.0]", "solver.max_step_s=0.01",
     "supply.valve_dm3_per_s_bar=0.01", "supply.leak_mm=0.3", "supply.exponent=1.2",
-    "supply.duty=0.9", "supply.error_kPa=10", "supply.leak_growth_mm2=0.1",
+    "supply.duty=0.9", "supply.error_kPa=10",
+    "supply.leak_growth_mm2=0.1", "supply.gauge_part=0.75",
 )  # fmt: skip
 """The cavity fills through a valve, leaks and is vented."""
 
