@@ -117,8 +117,7 @@ class ImportedTable:
         """Header, column and what was done to the numbers, of each column of the table."""
         uncertain = {q.text.partition(":")[0]: "?" for q in self.questions}
         rows = []
-        for header in self.cells.header:
-            taken = self.taken.get(header)
+        for header, taken in self.taken.items():
             name = taken.target if taken else uncertain.get(header, "passed over")
             if taken and taken.target not in self.table and not self.questions:
                 timed = any(column and column.target == TIME.name for column in self.taken.values())
@@ -162,24 +161,45 @@ def understand(file: Path, settings: Told) -> ImportedTable:
 
     Raises:
         ConfigError: one line, where the file is no table or what is told does not fit it.
-        Question: the sheet, the encoding or the decimal sign is not certain.
+        Question: the sheet or the decimal sign is not certain.
     """
-    by_score: dict[tuple[Any, ...], Cells] = {}
-    for cells in reading.readings(file, settings):
-        columns = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
-        named = sum(any(name in n.header for n in settings.column) for name in cells.header)
-        score = named + sum(bool(column.readings) or 0.5 * bool(column.why) for column in columns)
-        # a unit's accents may differ and mean the same
-        taken = tuple((r.target, r.factor, r.offset) for column in columns for r in column.readings)
-        by_score.setdefault((score, taken), cells)
-    best = max(score for score, _ in by_score)
-    likely = [cells for (score, _), cells in by_score.items() if score == best]
-    if len(likely) > 1 and best:
-        names = [cells.how.partition(",")[0] for cells in likely]
-        raise Question(
-            "its encoding is not certain:", [ImportOption("encoding", name) for name in names]
-        )
-    return _understood(file, likely[0], settings)
+    cells, log = reading.read(file, settings), None
+    if settings.log is not None:
+        log_cells = reading.read(settings.log, replace(settings, sheet=None))
+        of_log = tuple(
+            named for named in settings.column
+            if any(name in named.header for name in {*log_cells.header} - {*cells.header})
+        )  # fmt: skip
+        log = _named(settings.log, log_cells, replace(settings, column=of_log))
+        of_first = tuple(named for named in settings.column if named not in of_log)
+        settings = replace(settings, column=of_first)
+    imported = _named(file, cells, settings)
+    imported.questions += [] if log is None else log.questions
+    if imported.questions:
+        return imported
+    if settings.side_by_side:
+        _beside(imported)
+    else:
+        _convert(imported)
+    if log is not None:
+        _convert(log)
+        _join(imported, log, settings)
+    experiment = _experiment(imported, settings)
+    if experiment is None:
+        return imported
+    if experiment != "coupon":
+        _finger(imported, settings, experiment)
+    if experiment == "coupon" or set(imported.table) & set(coupons.STRETCHES):
+        _coupon(imported, settings, experiment)
+    if is_format(cells.header) and (
+        "experiment" in cells.header or file.with_suffix(".toml").exists()
+    ):
+        imported.notes.append("it is in the format already, and its readings are taken as they are")
+    else:
+        _at_rest(imported, settings)
+    if not imported.questions:
+        _arrange(imported, experiment)
+    return imported
 
 
 def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFrame:
@@ -197,7 +217,7 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         ConfigError: one line, where the file lacks one of them, or its time runs backwards.
         Question: a column has two readings.
     """
-    imported = _named(file, next(iter(reading.readings(file, settings))), settings)
+    imported = _named(file, reading.read(file, settings), settings)
     if not imported.questions:
         _convert(imported)
         _by_frames(imported, settings)
@@ -247,46 +267,6 @@ def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     return imported
 
 
-def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
-    log = None
-    if settings.log is not None:
-        log_cells = next(iter(reading.readings(settings.log, replace(settings, sheet=None))))
-        of_log = tuple(
-            named for named in settings.column
-            if any(name in named.header for name in {*log_cells.header} - {*cells.header})
-        )  # fmt: skip
-        log = _named(settings.log, log_cells, replace(settings, column=of_log))
-        of_first = tuple(named for named in settings.column if named not in of_log)
-        settings = replace(settings, column=of_first)
-    imported = _named(file, cells, settings)
-    imported.questions += [] if log is None else log.questions
-    if imported.questions:
-        return imported
-    if settings.side_by_side:
-        _beside(imported)
-    else:
-        _convert(imported)
-    if log is not None:
-        _convert(log)
-        _join(imported, log, settings)
-    experiment = _experiment(imported, settings)
-    if experiment is None:
-        return imported
-    if experiment != "coupon":
-        _finger(imported, settings, experiment)
-    if experiment == "coupon" or set(imported.table) & set(coupons.STRETCHES):
-        _coupon(imported, settings, experiment)
-    if is_format(cells.header) and (
-        "experiment" in cells.header or file.with_suffix(".toml").exists()
-    ):
-        imported.notes.append("it is in the format already, and its readings are taken as they are")
-    else:
-        _at_rest(imported, settings)
-    if not imported.questions:
-        _arrange(imported, experiment)
-    return imported
-
-
 def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     """Bring two tables with two clocks together, in the rows of that which has the readings."""
     both = (imported, log)
@@ -326,9 +306,7 @@ def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
         name: np.interp(at, log_s, numbers[name]) for name in numbers if name not in rows.columns
     }
     imported.table = rows.assign(**more)[inside].reset_index(drop=True)
-    imported.taken |= {name: column for name, column in log.taken.items() if column}
-    header = dict.fromkeys([*imported.cells.header, *log.cells.header])
-    imported.cells = replace(imported.cells, header=[*header])
+    imported.taken |= {n: c for n, c in log.taken.items() if c or n not in imported.taken}
     drift = f", {1e6 * (clock.rate - 1):.0f} ppm of drift" if clock.rate != 1 else ""
     imported.notes.append(
         f"{controlled[0].file.name} is at {clock.shift_s:.3f} ± {clock.std_s:.3f} s where "
@@ -455,7 +433,7 @@ def _since_first(imported: ImportedTable) -> None:
 
 def _numbers(imported: ImportedTable, header: str, texts: Sequence[str]) -> np.ndarray:
     values = []
-    for (number, _), text in zip(imported.cells.rows, texts, strict=True):
+    for number, text in zip(imported.cells.table.index, texts, strict=True):
         try:
             values.append(reading.number(text, imported.cells.decimal))
         except ValueError:
@@ -585,7 +563,7 @@ def _pumped(imported: ImportedTable, settings: Told) -> None:
     turns = np.flatnonzero((steps < -2 * usual) & (np.abs(counted[1:]) <= usual)) + 1
     turns = np.array([turn for turn in turns if counted[turn:].max() > usual], dtype=int)
     if len(turns) and settings.withdraws is None:
-        row, _ = imported.cells.rows[turns[0]]
+        row = imported.cells.table.index[turns[0]]
         options = [ImportOption("withdraws"), ImportOption("withdraws", False)]
         imported.ask(f"line {row}: the volume begins at 0 again: does the pump withdraw?", *options)
     if settings.withdraws:

@@ -103,7 +103,7 @@ def test_pairs_and_times_since_1970() -> None:
 def _read(folder: Path, text: str, told: Told | None = None, encoding: str = "utf-8") -> Cells:
     file = folder / "table.csv"
     file.write_bytes(text.encode(encoding))
-    return next(cells.readings(file, told or Told()))
+    return cells.read(file, told or Told())
 
 
 TABLES = {
