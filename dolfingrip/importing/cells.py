@@ -73,7 +73,6 @@ _CLOCK: Final = re.compile(
     r"(?P<half> ?[ap]\.?m\.?)?(?P<zone>Z|[+-]\d\d:?\d\d)?",
     re.IGNORECASE,
 )
-_UNIX: Final = re.compile(r"1\d{9}(?P<more>(?:\d{3}){0,3})(?:[.,]\d+)?")
 _NAMED: Final = re.compile(
     r"\"?([^\W\d][\w ./%°()\[\]]*?)\"?\s*[:=]\s*([+\-−]?\d+(?:[.,]\d+)?(?:[eE][+\-]?\d+)?)(?![\d:])"
     r"(?: ?([^\W\d:=][^\s;:=,]*|[%°‰])(?=[\s;,}]|$))?"
@@ -190,13 +189,6 @@ def pairs(texts: Sequence[str]) -> list[float] | None:
     matches = [_PAIR.fullmatch(text.strip()) for text in texts]
     numbers = [float(match[1]) + float(match[2]) / 60.0 for match in matches if match]
     return numbers if len(numbers) == len(matches) else None
-
-
-def since_1970(texts: Sequence[str]) -> str | None:
-    """Return the unit of a column that counts from 1970, by its digits; None of another column."""
-    ends = [_UNIX.fullmatch(text) for text in (_first(texts), _first(reversed(texts)))]
-    more = {len(end["more"]) for end in ends if end}
-    return ("s", "ms", "us", "ns")[more.pop() // 3] if all(ends) and len(more) == 1 else None
 
 
 def missing(cell: str) -> bool:
@@ -542,17 +534,13 @@ def _alone(cell: str) -> str:
 
 def _is_data(cells: list[str]) -> bool:
     """Say if a row has two numbers at least, and no cell is several cells of another separator."""
-    kinds = [_kind(cell) for cell in cells]
+    kinds = [_kind(cell.translate(_ALIKE)) for cell in cells]
     return kinds.count("number") >= 2 and "torn" not in kinds and not cells[0].startswith("#")
 
 
+@lru_cache(10_000)
 def _kind(cell: str) -> Literal["missing", "number", "torn", "text"]:
     """Kind of a cell; one that is several cells of another separator is torn."""
-    return _kind_of_alike(cell.translate(_ALIKE))
-
-
-@lru_cache(10_000)
-def _kind_of_alike(cell: str) -> Literal["missing", "number", "torn", "text"]:
     if missing(cell):
         return "missing"
     if _is_number(cell):
@@ -632,7 +620,7 @@ def _summaries(table: pd.DataFrame) -> pd.Series:
     called = table.map(is_summary).any(axis=1)
     if 2 * called.sum() > len(table):  # names of specimens
         return called & False
-    kinds = table.map(_kind)
+    kinds = table.map(lambda cell: _kind(cell.translate(_ALIKE)))
     of_numbers = (kinds[~called] == "number").mean() > 0.5
     first = (table != "").cumsum(axis=1) == 1
     word = kinds.isin(["text", "torn"]) & first & of_numbers

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -41,7 +40,6 @@ from dolfingrip.importing.header import (
     UNNAMED,
     ColumnReading,
     Recognised,
-    factor,
     level,
     recognise,
     told_columns,
@@ -112,6 +110,14 @@ class ImportedTable:
     def source(self, target: str) -> tuple[str, ColumnReading]:
         """The header and the reading of the column that is taken for one of the format."""
         return next((h, t) for h, t in self.taken.items() if t and t.target == target)
+
+    def turn(self, name: str, target: str, scale: float, shift: float = 0.0) -> None:
+        """Make a column another one, ``scale × value + shift``, and its mapping with it."""
+        header, column = self.source(name)
+        factor, offset = column.factor * scale, column.offset * scale + shift
+        self.taken[header] = replace(column, target=target, factor=factor, offset=offset)
+        turned = self.table[name] * scale + (shift + 0.0)  # 0 and not -0
+        self.table = self.table.drop(columns=name).assign(**{target: turned})
 
     def mapping(self) -> list[tuple[str, str, str]]:
         """Header, column and what was done to the numbers, of each column of the table."""
@@ -331,9 +337,6 @@ def _with_clock(entry: Recognised, cells: Cells, place: int) -> Recognised:
     except AmbiguousDate as date:
         offered = tuple(("", name) for name in DATED)
         return Recognised(entry.header, (), f"{date} may begin with a day or a month", offered)
-    if entry.offered[:1] == (("", TIME.name),) and (unit := reading.since_1970(texts)):
-        since = ColumnReading(TIME.name, f"{unit} since 1970", factor(unit, TIME.name)[0])
-        return Recognised(entry.header, (since,))
     if reading.pairs(texts) is None or any(r.unit in ("min", "h") for r in entry.readings):
         return entry
     why = f"{texts[0]} may be minutes and seconds, or hours and minutes"
@@ -543,9 +546,7 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
                 "one table; allowed: one sign, each in a table of its own"
             )
         sign = 1.0 if -low >= high else -1.0  # of a pressure below that of the air
-        imported.taken[header] = replace(column, target="pressure_kPa", factor=sign * column.factor)
-        table = table.drop(columns=name).assign(pressure_kPa=sign * value + 0.0)  # 0 and not -0
-    imported.table = table
+        imported.turn(name, "pressure_kPa", sign)
     if experiment in CONTROL:
         _times(imported, settings, "rate_kPa_per_s")
 
@@ -567,12 +568,10 @@ def _pumped(imported: ImportedTable, settings: Told) -> None:
         options = [ImportOption("withdraws"), ImportOption("withdraws", False)]
         imported.ask(f"line {row}: the volume begins at 0 again: does the pump withdraw?", *options)
     if settings.withdraws:
-        inside, way = 0.0, 1.0
-        volume = counted.copy()
-        for start, end in pairwise([0, *turns, len(counted)]):
-            volume[start:end] = inside + way * counted[start:end]
-            inside, way = volume[end - 1], -way
-        imported.table["volume_ml"] = volume
+        put = np.diff(counted, prepend=0.0)
+        put[turns] = counted[turns]
+        way = (-1.0) ** np.searchsorted(turns, np.arange(len(counted)), side="right")
+        imported.table["volume_ml"] = (way * put).cumsum()
         imported.notes.append(f"the pump turns {len(turns)} times, where its counter begins at 0")
     _by_frames(imported, settings)
 
@@ -635,34 +634,29 @@ def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
     _unlike_its_name(imported)
     if not imported.questions:
         for name, scale in (("stretch", length), (STRAIN, length), (STRESS, area)):
-            if name in table:
-                table = _from_nominal(imported, table, name, scale if length and area else None)
-    _pressed_or_pulled(imported, table, mode, length or math.nan)
+            if name in imported.table:
+                _from_nominal(imported, name, scale if length and area else None)
+    _pressed_or_pulled(imported, mode, length or math.nan)
     if nominal and not (length and area):
         imported.notes.append(
             "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
         )
-    imported.table = table
     if experiment in CONTROL and (not nominal or (length and area)):
         _times(imported, settings, "rate_mm_per_s")
 
 
-def _pressed_or_pulled(
-    imported: ImportedTable, table: pd.DataFrame, mode: str | None, length_mm: float
-) -> None:
+def _pressed_or_pulled(imported: ImportedTable, mode: str | None, length_mm: float) -> None:
     """Turn the signs of a press to those of compression; ask where a pulled one looks like it."""
+    table = imported.table
     ways, loads = (
         [n for n in names if n in table] for names in (coupons.STRETCHES, coupons.STRESSES)
     )
     if mode == coupons.COMPRESSION:
         for name in (*ways, *loads):
             at_rest = float(name == "stretch")
-            turned = at_rest + pressed(table[name].to_numpy() - at_rest)
-            if (turned != table[name]).any():
-                header, column = imported.source(name)
-                offset = 2 * at_rest - column.offset
-                imported.taken[header] = replace(column, factor=-column.factor, offset=offset)
-            table[name] = turned
+            values = table[name].to_numpy() - at_rest
+            if pressed(values) is not values:
+                imported.turn(name, name, -1.0, 2 * at_rest)
     elif mode is None and "mode" not in table and ways and loads:
         both = table[[ways[0], loads[0]]].dropna().to_numpy()
         strain = (both[:, 0] - both[0, 0]) / (length_mm if ways[0] == "displacement_mm" else 1.0)
@@ -675,41 +669,34 @@ def _pressed_or_pulled(
             imported.ask(what, *options)
 
 
-def _from_nominal(
-    imported: ImportedTable, table: pd.DataFrame, name: str, scale: float | None
-) -> pd.DataFrame:
-    """The table without a nominal column: what was measured counts, or it is worked out of it.
+def _from_nominal(imported: ImportedTable, name: str, scale: float | None) -> None:
+    """Take what was measured in place of a nominal column, or what is worked out of that.
 
     Where both are there and disagree, a note has both numbers.
 
     Args:
-        imported: takes the note, and how the column was turned.
-        table: of a coupon.
+        imported: of a coupon.
         name: of the nominal column, which stays where nothing takes its place.
         scale: length between the grips (mm) or cross-section (mm²); None: no number is worked out.
     """
+    table = imported.table
     of, key, unit = (
         ("force_N", "area", "mm²") if name == STRESS else ("displacement_mm", "gauge_length", "mm")
     )
-    if of not in table and (scale is None or name not in table):
-        return table.drop(columns=name) if name == STRAIN and "stretch" in table else table
-    header, column = imported.source(name)
-    if of not in table and scale is not None:
-        shift = column.offset - (name == "stretch")
-        imported.taken[header] = replace(
-            column, target=of, factor=column.factor * scale, offset=shift * scale
-        )
-        worked_out = (table[name] - (name == "stretch")) * scale
-        return table.assign(**{of: worked_out}).drop(columns=name)
-    # differences, as zeros may differ, and slopes, as noise may stand at the ends
-    one, other = (table[heading] - table[heading].mean() for heading in (of, name))
-    implied = float((one * other).sum() / ((other * other).sum() or math.nan))
-    if scale is not None and abs(implied / scale - 1) > ALIKE:
-        imported.notes.append(
-            f"{of} and {header} disagree: {of} was measured and is taken; by both the "
-            f"{key.replace('_', ' ')} is {implied:.4g} {unit}, and {scale:.4g} {unit} is told"
-        )
-    return table.drop(columns=name)
+    if of in table:
+        # differences, as zeros may differ, and slopes, as noise may stand at the ends
+        one, other = (table[heading] - table[heading].mean() for heading in (of, name))
+        implied = float((one * other).sum() / ((other * other).sum() or math.nan))
+        if scale is not None and abs(implied / scale - 1) > ALIKE:
+            imported.notes.append(
+                f"{of} and {imported.source(name)[0]} disagree: {of} was measured and is taken; by "
+                f"both the {key.replace('_', ' ')} is {implied:.4g} {unit}, and {scale:.4g} {unit} "
+                "is told"
+            )
+    elif scale is not None:
+        imported.turn(name, of, scale, -scale * (name == "stretch"))
+    if of in table or (scale is None and name == STRAIN and "stretch" in table):
+        imported.table = table.drop(columns=name)
 
 
 def _unlike_its_name(imported: ImportedTable) -> None:

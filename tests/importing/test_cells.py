@@ -89,15 +89,10 @@ def test_a_date_with_two_orders_is_asked_for() -> None:
     assert cells.seconds(texts, "mdy") == [0.0, 60 * day]  # 2 January to 2 March in a leap year
 
 
-def test_pairs_and_times_since_1970() -> None:
+def test_pairs_are_hours_or_minutes() -> None:
     assert cells.pairs(["1:30", "2:15"]) == [1.5, 2.25]
     assert cells.pairs(["1:30", "2:75"]) is None
     assert cells.pairs(["1.5"]) is None
-    units = {"s": 0, "ms": 3, "us": 6, "ns": 9}
-    for unit, digits in units.items():
-        assert cells.since_1970([f"1700000000{'0' * digits}", f"1700000001{'0' * digits}"]) == unit
-    assert cells.since_1970(["1700000000", "1700000001000"]) is None
-    assert cells.since_1970(["900000000", "900000001"]) is None
 
 
 def _read(folder: Path, text: str, told: Told | None = None, encoding: str = "utf-8") -> Cells:
