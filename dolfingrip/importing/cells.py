@@ -19,9 +19,8 @@ from dolfingrip.config import ConfigError
 from dolfingrip.files import package, xml
 from dolfingrip.importing import arrays
 from dolfingrip.importing.header import (
-    calls_unit,
     encodings,
-    is_summary,
+    is_called,
     is_unit,
     named_by_beginning,
     quantities,
@@ -433,7 +432,7 @@ def _text(cell: Any, decimal: str) -> str:
 
 
 def _texts(data: bytes, encoding: str | None) -> dict[str, str]:
-    """What the bytes are in each encoding that they may have, the likeliest first."""
+    """Decode bytes in each encoding that they may have, the likeliest first."""
     marks = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     name = encoding or next((marks[mark] for mark in marks if data.startswith(mark)), "utf-8")
     if not encoding and name == "utf-8" and b"\0" in data[:200]:
@@ -588,7 +587,7 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
     for i in range(width - 1, 0, -1):  # units may have a column of their own behind the numbers
         units = table.loc[~table[i - 1].map(missing), i].unique()
         if (
-            calls_unit(names[i])
+            (not names[i] or is_called(names[i], "unit"))
             and len(units)
             and all(is_unit(t) and not _is_number(t) for t in units)
         ):
@@ -617,7 +616,7 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
 
 def _summaries(table: pd.DataFrame) -> pd.Series:
     """Rows that are called a mean or the like, and last rows with a word where numbers stand."""
-    called = table.map(is_summary).any(axis=1)
+    called = table.map(lambda cell: is_called(cell, "summary")).any(axis=1)
     if 2 * called.sum() > len(table):  # names of specimens
         return called & False
     kinds = table.map(lambda cell: _kind(cell.translate(_ALIKE)))
@@ -699,26 +698,19 @@ def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
 
 
 def _sign(texts: Iterable[str], separator: str, settings: Told) -> str:
-    """The decimal sign of cells, as it is told or as they tell it."""
-    alike: dict[str, str] = {}
-    for text in texts:
-        alike.setdefault(text.translate(_ALIKE), text)
-    cells = [_measure(text)[0].strip() for text in alike.values() if not re.fullmatch(_DATE, text)]
-    return settings.decimal or _decimal(
-        [cell for cell in cells if _NUMBER.fullmatch(cell)], separator
-    )
-
-
-def _decimal(cells: list[str], separator: str) -> str:
-    """The decimal sign of a table's numbers.
+    """The decimal sign of cells, as it is told or as they tell it.
 
     Raises:
         ConfigError: one line, where the numbers have no sign in common.
         Question: 1,234 may be a thousand or one, and nothing else in the table tells.
     """
-    signed = [cell.translate(_UNGROUPED) for cell in cells if "." in cell or "," in cell]
-    if not signed or (separator == "," and not any("," in cell for cell in signed)):
-        return "."
+    alike = {text.translate(_ALIKE): text for text in texts}.values()
+    cells = [_measure(text)[0].strip() for text in alike if not re.fullmatch(_DATE, text)]
+    numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
+    signed = [cell.translate(_UNGROUPED) for cell in numbers if "." in cell or "," in cell]
+    certain = not signed or (separator == "," and not any("," in cell for cell in signed))
+    if settings.decimal or certain:
+        return settings.decimal or "."
     signs = [sign for sign in ".," if all(map(_BY_SIGN[sign].fullmatch, signed))]
     if len(signs) == 1:
         return signs[0]
@@ -726,7 +718,7 @@ def _decimal(cells: list[str], separator: str) -> str:
         raise ConfigError(
             "its numbers have points and commas without a rule; allowed: one decimal sign"
         )
-    if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in cells):
+    if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in numbers):
         return "." if any("." in cell for cell in signed) else ","  # no thousands are grouped
     raise Question(
         f"{signed[0]}: a decimal sign, or thousands?",

@@ -243,12 +243,16 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         texts = imported.cells.column(imported.cells.header.index(event))
         table = table.assign(event=_numbers(imported, event, texts))
     table = table.dropna()
-    if len(table) < 2 or (np.diff(table[TIME.name]) < 0).any():
-        raise ConfigError(
-            f"{file}: {len(table)} rows with time and pressure; allowed: at least 2, in the order "
-            "of time"
-        )
+    _require_order(file, table[TIME.name].to_numpy())
     return table
+
+
+def _require_order(file: Path, time_s: np.ndarray) -> None:
+    if len(time_s) < 2 or (np.diff(time_s) < 0).any():
+        raise ConfigError(
+            f"{file}: {len(time_s)} rows with a time and a reading; allowed: at least 2, in the "
+            "order of time"
+        )
 
 
 def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
@@ -292,9 +296,8 @@ def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     numbers = controlled[0].table.select_dtypes("number").dropna(subset=[TIME.name, control])
     rows = readings.table.dropna(subset=[TIME.name])
     log_s, time_s = numbers[TIME.name].to_numpy(), rows[TIME.name].to_numpy()
-    for part, values in ((controlled[0], log_s), (readings, time_s)):
-        if len(values) < 2 or (np.diff(values) < 0).any():
-            raise ConfigError(f"{part.file}: allowed: at least 2 rows, in the order of time")
+    _require_order(controlled[0].file, log_s)
+    _require_order(readings.file, time_s)
     if settings.shift is not None:
         steps = [float(np.median(np.diff(values))) for values in (log_s, time_s)]
         clock = Clock(settings.shift, 1.0, max(steps) / math.sqrt(12), "what was told")
@@ -484,13 +487,10 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
         "blocked_force": bool(blown and "force_N" in columns),
         "coupon": bool(pulled and resists | (columns & {"transverse_strain"})),
     }
-    can = [name for name, fit in fits.items() if fit]
-    if len(named) == 1 and named[0] in fits:
-        if named[0] not in can:
-            raise ConfigError(_lacking(imported, named[0]))
-        can = named
+    only = named[0] if len(named) == 1 and named[0] in fits else ""
+    can = [name for name, fit in fits.items() if fit and only in ("", name)]
     if not can:
-        raise ConfigError(_lacking(imported, ""))
+        raise ConfigError(_lacking(imported, only))
     if len(can) > 1:
         options = [ImportOption("experiment", name) for name in can]
         imported.ask("its columns fit several experiments: which?", *options)
