@@ -13,6 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any, Final, Literal
 
+import numpy as np
 import pandas as pd
 
 from dolfingrip.config import ConfigError
@@ -133,21 +134,16 @@ def seconds(texts: Sequence[str], order: str = "") -> list[float] | None:
     """
     if not is_clock(_first(texts)):
         return None
-    matches = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
-    parsed = [match for match in matches if match]
-    dates = [match["date"] for match in parsed]
-    zones = {match["zone"] for match in parsed}
-    if len(parsed) < len(matches) or len(zones) > 1 or (any(dates) and not all(dates)):
+    filled = [text.strip() for text in texts if not missing(text)]
+    parsed = [match for text in filled if (match := _CLOCK.fullmatch(text))]
+    dates = [match["date"] for match in parsed if match["date"]]
+    alike = len({match["zone"] for match in parsed}) == 1 and len(dates) in (0, len(parsed))
+    if len(parsed) < len(filled) or not alike:
         return None
-    clock = [_of_day(match) for match in parsed]
-    if any(dates):
-        days = _days(dates, order)
-        clock = [time + day for time, day in zip(clock, days, strict=True)]
-    else:
-        for i in range(1, len(clock)):
-            while clock[i] < clock[i - 1] - _DAY_S / 2:
-                clock[i] += _DAY_S
-    times = iter(clock)
+    clock = np.array([_of_day(match) for match in parsed])
+    over = np.diff(clock, prepend=clock[0]) < -_DAY_S / 2
+    clock += _days(dates, order) if dates else _DAY_S * over.cumsum()
+    times = map(float, clock)
     return [float("nan") if missing(text) else next(times) for text in texts]
 
 

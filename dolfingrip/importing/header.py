@@ -358,13 +358,13 @@ def recognise(header: str) -> Recognised:
     if unit and _doubtful(name):
         may_be = tuple(("", TARGETS[kind]) for kind in kinds)
         return Recognised(header, (), DOUBTFUL if may_be else "", may_be)
-    small, targets = unit.casefold(), [TARGETS[kind] for kind in kinds]
-    raw, absolute = _words(_known()["raw"]["units"]), _known()["absolute"]
-    if kinds and small in raw:
+    targets = [TARGETS[kind] for kind in kinds]
+    columns = [column for kind in kinds for column in _known()["columns"][kind]]
+    if kinds and unit.casefold() in _words(_known()["raw"]["units"]):
         why = f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET"
         return Recognised(header, (), why, tuple(("*FACTOR+OFFSET", kind) for kind in targets))
     bare, zero = level(unit or "kPa")
-    called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(absolute["words"]))
+    called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(_known()["absolute"]["words"]))
     if (called or zero == "absolute") and kinds in (["pressure"], ["suction"], []):
         air = float(_registry().Quantity(AMBIENT_KPA, "kPa").to(_units(bare)[0].units).magnitude)
         why = "a pressure above vacuum; subtract that of the air"
@@ -372,12 +372,10 @@ def recognise(header: str) -> Recognised:
     if len(kinds) == 1 and kinds[0] in WITHOUT_UNIT:
         return Recognised(header, (ColumnReading(targets[0], unit),))
     if kinds and not unit:
-        offered = [("", column) for kind in kinds for column in _known()["columns"][kind]]
-        why = "its unit is not told"
-        if (said := re.search(r"[(\[<]\s*([^()\[\]<>]+?)\s*[)\]>]", header)) is not None:
-            why = f"{said[1]} is no unit that is known"  # nobody shall take its numbers for others
-            offered = [("*FACTOR", column) for _, column in offered]
-        return Recognised(header, (), why, tuple(offered))
+        said = re.search(r"[(\[<]\s*([^()\[\]<>]+?)\s*[)\]>]", header)
+        why = f"{said[1]} is no unit that is known" if said else "its unit is not told"
+        scale = "*FACTOR" if said else ""  # nobody shall take its numbers for others
+        return Recognised(header, (), why, tuple((scale, column) for column in columns))
     readings = tuple(ColumnReading(t, unit, value) for t in targets for value in factor(unit, t))
     if len(readings) == 1:
         return Recognised(header, readings)
@@ -387,11 +385,10 @@ def recognise(header: str) -> Recognised:
         return Recognised(header, readings, f"{unit} has two readings", offers)
     fitting = [t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT]
     fits = tuple(("", t) for t in fitting if unit and factor(unit, t))
+    why = UNNAMED if fits else ""
     if kinds:
-        other = [("*FACTOR", column) for kind in kinds for column in _known()["columns"][kind]]
         why = f"{unit} is no unit of {' or '.join(kinds)}"
-        return Recognised(header, (), why, fits or tuple(other))
-    return Recognised(header, (), UNNAMED if fits else "", fits)
+    return Recognised(header, (), why, fits or tuple(("*FACTOR", column) for column in columns))
 
 
 def _doubtful(name: str) -> bool:

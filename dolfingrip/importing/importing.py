@@ -126,9 +126,7 @@ class ImportedTable:
         for header, taken in self.taken.items():
             name = taken.target if taken else uncertain.get(header, "passed over")
             if taken and taken.target not in self.table and not self.questions:
-                timed = any(column and column.target == TIME.name for column in self.taken.values())
-                by_frames = taken.target == "frame" and TIME.name in self.table and not timed
-                name = TIME.name if by_frames else f"passed over ({taken.target})"
+                name = f"passed over ({taken.target})"
             rows.append((header, name, _done(taken) if taken else ""))
         return rows
 
@@ -194,9 +192,11 @@ def understand(file: Path, settings: Told) -> ImportedTable:
     if experiment is None:
         return imported
     if experiment != "coupon":
-        _finger(imported, settings, experiment)
+        _finger(imported, settings)
     if experiment == "coupon" or set(imported.table) & set(coupons.STRETCHES):
-        _coupon(imported, settings, experiment)
+        _coupon(imported, settings)
+    if CONTROL.get(experiment) in imported.table:
+        _times(imported, settings, f"rate_{'mm' if experiment == 'coupon' else 'kPa'}_per_s")
     if is_format(cells.header) and (
         "experiment" in cells.header or file.with_suffix(".toml").exists()
     ):
@@ -232,7 +232,7 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
             has = ", ".join(imported.table) or "no column that is known"
             option = column_option(imported.cells.header[0], TIME.name)
             raise ConfigError(f"{file}: {has}; allowed: time and pressure; name one by {option}")
-        _finger(imported, settings, SEVERAL)
+        _finger(imported, settings)
     if imported.questions:
         raise imported.questions[0]
     table = imported.table[[TIME.name, "pressure_kPa"]]
@@ -477,9 +477,7 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     blown = columns & {*BLOWN, *filter(cavity_of_supply, columns)}
     if len(of_rows) > 1:
         if not blown:
-            raise ConfigError(
-                _lacking(imported, next(label for label in of_rows if label != "coupon"))
-            )
+            raise _lacking(imported, next(label for label in of_rows if label != "coupon"))
         return SEVERAL
     named = of_rows or named
     fits = {
@@ -490,7 +488,7 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     only = named[0] if len(named) == 1 and named[0] in fits else ""
     can = [name for name, fit in fits.items() if fit and only in ("", name)]
     if not can:
-        raise ConfigError(_lacking(imported, only))
+        raise _lacking(imported, only)
     if len(can) > 1:
         options = [ImportOption("experiment", name) for name in can]
         imported.ask("its columns fit several experiments: which?", *options)
@@ -499,7 +497,7 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     return can[0]
 
 
-def _lacking(imported: ImportedTable, experiment: str) -> str:
+def _lacking(imported: ImportedTable, experiment: str) -> ConfigError:
     """Say which columns an experiment needs."""
     has = ", ".join(imported.table) or "no column that is known"
     unused = [header for header, taken in imported.taken.items() if taken is None]
@@ -513,11 +511,11 @@ def _lacking(imported: ImportedTable, experiment: str) -> str:
         "coupon": "displacement, strain or stretch, and force or nominal stress",
     }
     allowed = needs[experiment] if experiment else "; or ".join(needs.values())
-    return f"{imported.file}: {has}{more}; allowed: {allowed}"
+    return ConfigError(f"{imported.file}: {has}{more}; allowed: {allowed}")
 
 
-def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
-    """Pressure above that of the air, suction as a positive one, times of frames."""
+def _finger(imported: ImportedTable, settings: Told) -> None:
+    """Pressure above that of the air; suction as a negative one."""
     table = imported.table
     if not set(table) & set(BLOWN):
         imported.table["pressure_kPa"] = table[[*filter(cavity_of_supply, table)]].max(axis=1)
@@ -525,7 +523,7 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
             "no column is pressure_kPa: it is the greatest of the supplies' pressures in each row, "
             "and acts on cavities without a supply of their own"
         )
-        return _times(imported, settings, "rate_kPa_per_s")
+        return
     if "volume_ml" in table:
         return _pumped(imported, settings)
     name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
@@ -547,8 +545,6 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
             )
         sign = 1.0 if -low >= high else -1.0  # of a pressure below that of the air
         imported.turn(name, "pressure_kPa", sign)
-    if experiment in CONTROL:
-        _times(imported, settings, "rate_kPa_per_s")
 
 
 def _pumped(imported: ImportedTable, settings: Told) -> None:
@@ -580,7 +576,7 @@ def _by_frames(imported: ImportedTable, settings: Told) -> None:
     """Times by the numbers of frames, where there are no others."""
     table, rate_hz = imported.table, settings.frame_rate
     if rate_hz is not None and "frame" in table and TIME.name not in table:
-        table[TIME.name] = (table["frame"] - table["frame"].iloc[0]) / rate_hz
+        imported.turn("frame", TIME.name, 1 / rate_hz, -table["frame"].iloc[0] / rate_hz)
         imported.notes.append(f"time_s is the frame's number by {rate_hz:g} Hz")
 
 
@@ -602,7 +598,7 @@ def _times(imported: ImportedTable, settings: Told, rate: str) -> None:
         imported.notes.append(f"no time: diagnose assumes a rate, unless {option} tells it")
 
 
-def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
+def _coupon(imported: ImportedTable, settings: Told) -> None:
     """Travel and force where length and cross-section are told; else nominal strain and stress."""
     table, setup = imported.table, imported.setup
     for name in ("true_stress_MPa", "true_strain"):
@@ -641,8 +637,6 @@ def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
         imported.notes.append(
             "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
         )
-    if experiment in CONTROL and (not nominal or (length and area)):
-        _times(imported, settings, "rate_mm_per_s")
 
 
 def _pressed_or_pulled(imported: ImportedTable, mode: str | None, length_mm: float) -> None:
