@@ -253,8 +253,8 @@ def read(file: Path, settings: Told) -> Cells:
             ]
         except ConfigError as error:
             raise ConfigError(f"{file}: {error}") from None
-        told = [named.header for named in settings.column]
-        tables = max(by_encoding, key=lambda tables: _recognised(tables, told))
+        named = [column.header for column in settings.column]
+        tables = max(by_encoding, key=lambda tables: _recognised(tables, named))
     if not tables:
         raise ConfigError(
             f"{file}: no table in it; allowed: a header and rows with at least two numbers each, "
@@ -269,11 +269,11 @@ def read(file: Path, settings: Told) -> Cells:
     return next(cells for name, cells in tables.items() if settings.sheet in (None, name))
 
 
-def _recognised(tables: dict[str, Cells], told: Sequence[str]) -> float:
+def _recognised(tables: dict[str, Cells], named: Sequence[str]) -> float:
     """Return how many columns are told or known by their names; half of one that is not certain."""
     columns = [recognise(name) for cells in tables.values() for name in cells.header]
     return sum(
-        any(column.header in name for name in told)
+        any(column.header in name for name in named)
         + (bool(column.readings) or 0.5 * bool(column.why))
         for column in columns
     )
@@ -559,14 +559,14 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
         return None
     first, last = data[0][0], data[-1][0]
     above = [(i, _fitted(cells, width)) for i, cells in rows if i < first]
-    kept: dict[int, list[str]] = {}
+    kept: list[Row] = []
     for i, cells in rows:
         if first <= i <= last and any(cells) and not cells[0].startswith("#"):
             if (fitted := _fitted(cells, width)) is None:
                 raise ConfigError(
                     f"line {i}: {len(cells)} entries; allowed: as many as above, {width}"
                 )
-            kept[i] = fitted
+            kept.append((i, fitted))
     titles = [
         (i, cells) for i, cells in above
         if cells is not None and (filled := [_bare(cell) for cell in cells if cell])
@@ -574,13 +574,22 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
     ]  # fmt: skip
     header, used = _header([cells for _, cells in titles], width)
     of_header = {i for i, _ in titles[len(titles) - used :]} if used else set()
-    table = pd.DataFrame.from_dict(kept, orient="index", dtype=object)
+    lines, texts = zip(*kept, strict=True)  # a line of a log may have several rows
+    table = pd.DataFrame(texts, lines, dtype=object)
     summaries = _summaries(table)
     over = [" ".join(cells) for i, cells in rows if i < first and i not in of_header]
     over += [" ".join(cells) for cells in table[summaries].to_numpy()]
     over += [" ".join(cells) for i, cells in rows if i > last]
-    table, names = table[~summaries].copy(), dict(enumerate(header))
-    for i in range(width - 1, 0, -1):  # units may have a column of their own behind the numbers
+    table = _with_names(table[~summaries].copy(), header, decimal)
+    return Cells(table, [text for text in over if text.strip()], decimal)
+
+
+def _with_names(table: pd.DataFrame, header: list[str], decimal: str) -> pd.DataFrame:
+    """Columns by their names, with units that stand in the cells; dates before times of day."""
+    names = dict(enumerate(header))
+    for i in range(
+        len(names) - 1, 0, -1
+    ):  # units may have a column of their own behind the numbers
         units = table.loc[~table[i - 1].map(missing), i].unique()
         if (
             (not names[i] or is_called(names[i], "unit"))
@@ -599,15 +608,10 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
         table[clocks[0]] = table[dates[0]] + " " + table[clocks[0]]
     count = Counter(names.values())
     table = table[[i for i in table if names[i] or table[i].any()]]
-    table.columns = [
-        f"column {i + 1}"
-        if not names[i]
-        else f"{names[i]} #{i + 1}"
-        if count[names[i]] > 1
-        else names[i]
-        for i in table
-    ]
-    return Cells(table, [text for text in over if text.strip()], decimal)
+    for i in names:
+        more = f" #{i + 1}" if count[names[i]] > 1 else ""
+        names[i] = names[i] + more if names[i] else f"column {i + 1}"
+    return table.rename(columns=names)
 
 
 def _summaries(table: pd.DataFrame) -> pd.Series:

@@ -141,6 +141,11 @@ def test_a_log_with_names_in_each_line_is_a_table(tmp_path: Path) -> None:
     assert [float(cell) for cell in found.column(1)] == [0.5, 4.25]
 
 
+def test_a_line_that_has_its_names_twice_is_two_rows(tmp_path: Path) -> None:
+    found = _read(tmp_path, "P: 0, A: 0.5, P: 1, A: 2.5\nP: 10.5, A: 4.25, P: 11, A: 5\n")
+    assert found.column(0) == ["0", "1", "10.5", "11"]
+
+
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8-sig"])
 def test_letters_of_an_encoding_are_read(encoding: str, tmp_path: Path) -> None:
     text = "Druck [kPa];Krümmung über alles [°]\n0;0,5\n10,5;4,25\n"
