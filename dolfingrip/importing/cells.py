@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import csv
-import datetime
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import date, datetime
 from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any, Final, Literal
+
+import numpy as np
+import pandas as pd
 
 from dolfingrip.config import ConfigError
 from dolfingrip.files import package, xml
 from dolfingrip.importing import arrays
 from dolfingrip.importing.header import (
-    calls_unit,
     encodings,
-    is_summary,
+    is_called,
     is_unit,
     named_by_beginning,
     quantities,
     ratio,
+    recognise,
     split,
 )
 from dolfingrip.importing.told import ORDERS, ImportOption, Question, Told
@@ -69,7 +73,6 @@ _CLOCK: Final = re.compile(
     r"(?P<half> ?[ap]\.?m\.?)?(?P<zone>Z|[+-]\d\d:?\d\d)?",
     re.IGNORECASE,
 )
-_UNIX: Final = re.compile(r"1\d{9}(?P<more>(?:\d{3}){0,3})(?:[.,]\d+)?")
 _NAMED: Final = re.compile(
     r"\"?([^\W\d][\w ./%°()\[\]]*?)\"?\s*[:=]\s*([+\-−]?\d+(?:[.,]\d+)?(?:[eE][+\-]?\d+)?)(?![\d:])"
     r"(?: ?([^\W\d:=][^\s;:=,]*|[%°‰])(?=[\s;,}]|$))?"
@@ -89,22 +92,26 @@ class Cells:
     """A table as it stands in a file.
 
     Attributes:
-        header: name of each column, with its unit where a row of units tells it.
-        rows: data rows, all as long as the header.
+        table: texts of the data rows, by their numbers in the file; a unit that a row of units
+            tells stands behind the name of its column.
         passed_over: lines that are neither header nor data, as they stand.
         decimal: the decimal sign.
         how: encoding and separator, or sheet, and decimal sign in words, for people.
     """
 
-    header: list[str]
-    rows: list[Row]
+    table: pd.DataFrame
     passed_over: list[str]
     decimal: str
     how: str = ""
 
+    @property
+    def header(self) -> list[str]:
+        """Name of each column."""
+        return [*self.table]
+
     def column(self, place: int) -> list[str]:
         """The cells of a column."""
-        return [cells[place] for _, cells in self.rows]
+        return self.table.iloc[:, place].tolist()
 
 
 def is_clock(cell: str) -> bool:
@@ -127,21 +134,16 @@ def seconds(texts: Sequence[str], order: str = "") -> list[float] | None:
     """
     if not is_clock(_first(texts)):
         return None
-    matches = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
-    parsed = [match for match in matches if match]
-    dates = [match["date"] for match in parsed]
-    zones = {match["zone"] for match in parsed}
-    if len(parsed) < len(matches) or len(zones) > 1 or (any(dates) and not all(dates)):
+    filled = [text.strip() for text in texts if not missing(text)]
+    parsed = [match for text in filled if (match := _CLOCK.fullmatch(text))]
+    dates = [match["date"] for match in parsed if match["date"]]
+    alike = len({match["zone"] for match in parsed}) == 1 and len(dates) in (0, len(parsed))
+    if len(parsed) < len(filled) or not alike:
         return None
-    clock = [_of_day(match) for match in parsed]
-    if any(dates):
-        days = _days(dates, order)
-        clock = [time + day for time, day in zip(clock, days, strict=True)]
-    else:
-        for i in range(1, len(clock)):
-            while clock[i] < clock[i - 1] - _DAY_S / 2:
-                clock[i] += _DAY_S
-    times = iter(clock)
+    clock = np.array([_of_day(match) for match in parsed])
+    over = np.diff(clock, prepend=clock[0]) < -_DAY_S / 2
+    clock += _days(dates, order) if dates else _DAY_S * over.cumsum()
+    times = map(float, clock)
     return [float("nan") if missing(text) else next(times) for text in texts]
 
 
@@ -155,20 +157,16 @@ def _days(dates: Sequence[str], order: str) -> list[float]:
     Raises:
         AmbiguousDate: the dates may have two orders.
     """
-    parts = [re.split(r"[-./]", date.strip(" T,")) for date in dates]
-    orders = ["ymd"] if len(parts[0][0]) == 4 else ["dmy"] if "." in dates[0] else [*ORDERS]
-    candidates = []
+    parts = [[int(part) for part in re.split(r"[-./]", text.strip(" T,"))] for text in dates]
+    orders = ["ymd"] if re.match(r"\d{4}", dates[0]) else ["dmy"] if "." in dates[0] else [*ORDERS]
+    candidates = set()
     for layout in [order] if order in orders else orders:
-        try:
-            days = [
-                datetime.date(*(int(p[layout.index(k)]) for k in "ymd")).toordinal() for p in parts
-            ]
-        except ValueError:  # a month 13
-            continue
-        candidates.append([(day - days[0]) * _DAY_S for day in days])
-    if len({tuple(candidate) for candidate in candidates}) != 1:
+        with suppress(ValueError):  # a month 13
+            days = [date(*(p[layout.index(k)] for k in "ymd")).toordinal() for p in parts]
+            candidates.add(tuple((day - days[0]) * _DAY_S for day in days))
+    if len(candidates) != 1:
         raise AmbiguousDate(dates[0].strip())
-    return candidates[0]
+    return [*candidates.pop()]
 
 
 def _of_day(match: re.Match[str]) -> float:
@@ -186,13 +184,6 @@ def pairs(texts: Sequence[str]) -> list[float] | None:
     matches = [_PAIR.fullmatch(text.strip()) for text in texts]
     numbers = [float(match[1]) + float(match[2]) / 60.0 for match in matches if match]
     return numbers if len(numbers) == len(matches) else None
-
-
-def since_1970(texts: Sequence[str]) -> str | None:
-    """Return the unit of a column that counts from 1970, by its digits; None of another column."""
-    ends = [_UNIX.fullmatch(text) for text in (_first(texts), _first(reversed(texts)))]
-    more = {len(end["more"]) for end in ends if end}
-    return ("s", "ms", "us", "ns")[more.pop() // 3] if all(ends) and len(more) == 1 else None
 
 
 def missing(cell: str) -> bool:
@@ -233,16 +224,12 @@ def number(cell: str, decimal: str) -> float:
     return float(text.translate(_PLAIN[decimal]))
 
 
-def readings(file: Path, settings: Told) -> Iterator[Cells]:
-    """Read a file in each encoding and separator in which it is a table.
+def read(file: Path, settings: Told) -> Cells:
+    """Read the one table of a file, or that which is told.
 
     Args:
         file: CSV, TSV, text, XLSX or MAT.
         settings: encoding, sheet and decimal sign, where they are told.
-
-    Yields:
-        The readings of the file, the likeliest first. Of a file in Unicode and of a sheet there is
-        one.
 
     Raises:
         Question: the sheet or the decimal sign cannot be told from the file.
@@ -254,39 +241,51 @@ def readings(file: Path, settings: Told) -> Iterator[Cells]:
         raise ConfigError(f"{file}: {error.strerror}") from None
     if (other := named_by_beginning(data)) is not None:
         raise ConfigError(f"{file}: {other}")
-    has_table = False
     if file.suffix.lower() == ".mat" or data.startswith((b"MATLAB", b"\x89HDF")):
-        has_table = True
-        yield _chosen(_of_arrays(file), settings)
+        tables = _of_arrays(file)
     elif data.startswith(b"PK\x03\x04"):
-        if tables := _sheets(file, settings):
-            has_table = True
-            yield _chosen(tables, settings)
+        tables = _sheets(file, settings)
     else:
-        for encoding, text in _texts(data, settings.encoding):
-            try:
-                cells = _of_text(text, encoding, settings)
-            except ConfigError as error:
-                raise ConfigError(f"{file}: {error}") from None
-            if cells is not None:
-                has_table = True
-                yield cells
-    if not has_table:
+        try:
+            by_encoding = [
+                _of_text(text, encoding, settings)
+                for encoding, text in _texts(data, settings.encoding).items()
+            ]
+        except ConfigError as error:
+            raise ConfigError(f"{file}: {error}") from None
+        named = [column.header for column in settings.column]
+        tables = max(by_encoding, key=lambda tables: _recognised(tables, named))
+    if not tables:
         raise ConfigError(
             f"{file}: no table in it; allowed: a header and rows with at least two numbers each, "
             "their units in the header, separated by commas, semicolons, tabs, bars or spaces, or "
             "a sheet of an .xlsx file"
         )
+    if settings.sheet is not None and settings.sheet not in tables:
+        raise ConfigError(f"--sheet {settings.sheet}: allowed: {', '.join(tables)}")
+    if settings.sheet is None and len(tables) > 1:
+        options = [ImportOption("sheet", name) for name in tables]
+        raise Question(f"{len(tables)} tables: which?", options)
+    return next(cells for name, cells in tables.items() if settings.sheet in (None, name))
+
+
+def _recognised(tables: dict[str, Cells], named: Sequence[str]) -> float:
+    """Return how many columns are told or known by their names; half of one that is not certain."""
+    columns = [recognise(name) for cells in tables.values() for name in cells.header]
+    return sum(
+        any(column.header in name for name in named)
+        + (bool(column.readings) or 0.5 * bool(column.why))
+        for column in columns
+    )
 
 
 def _of_arrays(file: Path) -> dict[str, Cells]:
     """Tables of a MAT file, by the names of their arrays."""
     by_name = {}
     for name, columns in arrays.tables(file).items():
-        texts = [["" if value != value else repr(float(value)) for value in row]
-                 for row in zip(*columns.values(), strict=True)]  # fmt: skip
-        rows = [(i + 1, row) for i, row in enumerate(texts)]
-        by_name[name] = Cells([*columns], rows, [], ".", f"arrays {name}, decimal point")
+        texts = pd.DataFrame(columns, index=range(1, len(next(iter(columns.values()))) + 1))
+        texts = texts.map(lambda value: "" if value != value else repr(float(value)))
+        by_name[name] = Cells(texts, [], ".", f"arrays {name}, decimal point")
     return by_name
 
 
@@ -370,21 +369,6 @@ def _extent(part: IO[bytes]) -> tuple[int, int]:
     return rows, columns
 
 
-def _chosen(tables: dict[str, Cells], settings: Told) -> Cells:
-    """The one table, or that which is told.
-
-    Raises:
-        Question: there are several.
-        ConfigError: what is told is none of them.
-    """
-    if settings.sheet is not None and settings.sheet not in tables:
-        raise ConfigError(f"--sheet {settings.sheet}: allowed: {', '.join(tables)}")
-    if settings.sheet is None and len(tables) > 1:
-        options = [ImportOption("sheet", name) for name in tables]
-        raise Question(f"{len(tables)} tables: which?", options)
-    return next(cells for name, cells in tables.items() if settings.sheet in (None, name))
-
-
 def _tables(rows: list[Row], decimal: str = ".") -> dict[str, Cells]:
     """Tables below one another, by the line that stands above each; "" where there is one.
 
@@ -435,7 +419,7 @@ def _goes_on(before: list[str], row: list[str]) -> bool:
 def _text(cell: Any, decimal: str) -> str:
     """The text of a sheet's cell as it is shown: percent, too."""
     value = cell.value
-    if isinstance(value, datetime.datetime):
+    if isinstance(value, datetime):
         return value.isoformat(" ").removesuffix(" 00:00:00")
     if isinstance(value, (int, float)):
         shown = f"{100 * value:.15g} %" if "%" in cell.number_format else str(value)
@@ -443,39 +427,31 @@ def _text(cell: Any, decimal: str) -> str:
     return "" if value is None else _alone(str(value))
 
 
-def _texts(data: bytes, encoding: str | None) -> Iterator[tuple[str, str]]:
-    """Encodings and what the bytes are in them, the likeliest first."""
+def _texts(data: bytes, encoding: str | None) -> dict[str, str]:
+    """Decode bytes in each encoding that they may have, the likeliest first."""
     marks = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-    marked = next((name for mark, name in marks.items() if data.startswith(mark)), None)
-    if marked is None and b"\0" in data[:200]:
-        marked = "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
-    for name in [encoding] if encoding else [marked] if marked else ["utf-8", *_ranked(data)]:
-        try:
-            yield name, data.decode(name)
-        except LookupError:
+    name = encoding or next((marks[mark] for mark in marks if data.startswith(mark)), "utf-8")
+    if not encoding and name == "utf-8" and b"\0" in data[:200]:
+        name = "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
+    try:
+        return {name: data.decode(name)}
+    except (LookupError, UnicodeDecodeError):
+        if encoding or name != "utf-8":
             raise ConfigError(
-                f"--encoding {name}: unknown; allowed: as in cp1252, gb18030"
+                f"--encoding {name}: unknown, or the file is not in it; allowed: as in cp1252, "
+                "gb18030"
             ) from None
-        except UnicodeDecodeError:
-            if encoding or marked:
-                raise ConfigError(
-                    f"--encoding {name}: the file is not in it; allowed: another"
-                ) from None
-            continue
-        if name == "utf-8":  # bytes beyond ASCII are hardly ever valid UTF-8 by chance
-            return
-
-
-def _ranked(data: bytes) -> list[str]:
     from charset_normalizer import from_bytes  # files in Unicode need none
 
-    names = encodings()
-    likely = [match.encoding for match in from_bytes(data, cp_isolation=names)]
-    return list(dict.fromkeys([*likely, *names]))
+    # all in which the bytes are letters: the names of columns say which
+    return {
+        match.encoding: str(match)
+        for match in from_bytes(data, cp_isolation=encodings(), threshold=1.0)
+    }
 
 
-def _of_text(text: str, encoding: str, settings: Told) -> Cells | None:
-    """The table in a text; its separator is the one by which most rows are numbers."""
+def _of_text(text: str, encoding: str, settings: Told) -> dict[str, Cells]:
+    """Tables in a text; their separator is the one by which most rows are numbers."""
     lines = [
         (i + 1, line) for i, line in enumerate(text.splitlines())
         if line.strip() and not _RULE.fullmatch(line)
@@ -488,62 +464,54 @@ def _of_text(text: str, encoding: str, settings: Told) -> Cells | None:
     if lines and lines[0][1].casefold().startswith("sep="):
         lines = lines[1:]
     lines = _labelled(lines)
-    best: tuple[list[Row], list[Row], str] | None = None
-    for separator in SEPARATORS:
-        if any(separator in line for _, line in lines):
-            rows = [(i, _split(line, separator)) for i, line in lines]
-            data = _data(rows)[1]
-            if data and (best is None or len(data) > len(best[0])):
-                best = data, rows, separator
-    if best is None:
-        return None
-    data, rows, separator = best
+    separated = (
+        (separator, [(i, _split(line, separator)) for i, line in lines])
+        for separator in SEPARATORS
+        if any(separator in line for _, line in lines)
+    )
+    separator, rows = max(separated, key=lambda pair: len(_data(pair[1])[1]), default=(",", []))
+    if not (data := _data(rows)[1]):
+        return {}
     decimal = _sign((cell for _, row in data for cell in row), separator, settings)
-    tables = _tables(rows, decimal)
     how = f"{encoding}, {SEPARATORS[separator]}, decimal {_SIGNS[decimal]}"
-    return replace(_chosen(tables, settings), how=how) if tables else None
+    return {name: replace(cells, how=how) for name, cells in _tables(rows, decimal).items()}
 
 
 def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """Lines with tabs of a log that has names in each, as in ``P: 12.3 kPa, A: 45.2 deg``."""
+    """Lines with tabs of a log that has names in each, as in ``P: 12.3 kPa, A: 45.2 deg``.
+
+    A name that comes back begins a row. A log of a single name, or of none, is a column beside the
+    number of its row.
+    """
+    entries: list[tuple[int, str, str]] = []
     if len(lines) > 2 and all(_ALONE.fullmatch(text) for _, text in lines[1:]):
         head = [] if _ALONE.fullmatch(lines[0][1]) else [lines[0][1].strip()]
-        name, numbers = (head or ["value"])[0], lines[len(head) :]
-        return _in_rows([(number, name, text.strip()) for number, text in numbers])
-    if not lines or not set(":=") & set(lines[-1][1]):
+        entries = [(n, (head or ["value"])[0], text.strip()) for n, text in lines[len(head) :]]
+    elif lines and set(":=") & set(lines[-1][1]):
+        parsed = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
+        names = Counter(tuple(match[1].strip() for match in parts) for _, _, parts in parsed)
+        usual, count = names.most_common(1)[0]
+        one_a_line = len(usual) == 1 and not names[()]
+        if one_a_line or (len(usual) > 1 and 2 * count >= len(lines)):
+            for number, text, parts in parsed:
+                if not one_a_line and tuple(match[1].strip() for match in parts) == usual:
+                    entries.append((number, "", text[: parts[0].start()].strip(" ->{\t,;")))
+                elif not one_a_line:
+                    continue  # a message
+                entries += [(number, m[1].strip(), f"{m[2]} {m[3] or ''}") for m in parts]
+    if not entries:
         return lines
-    parsed = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
-    names = Counter(tuple(match[1].strip() for match in parts) for _, _, parts in parsed)
-    usual, count = names.most_common(1)[0]
-    one_a_line = len(usual) == 1 and not names[()]
-    if not one_a_line and (len(usual) < 2 or 2 * count < len(lines)):
-        return lines
-    entries = []
-    for number, text, parts in parsed:
-        if not one_a_line:
-            if tuple(match[1].strip() for match in parts) != usual:
-                continue  # a message
-            entries.append((number, "", text[: parts[0].start()].strip(" ->{\t,;")))
-        entries += [(number, match[1], f"{match[2]} {match[3] or ''}") for match in parts]
-    return _in_rows(entries)
-
-
-def _in_rows(entries: list[tuple[int, str, str]]) -> list[tuple[int, str]]:
-    """Lines with tabs from numbers with their names; a name that comes back begins a row.
-
-    A log of a single name is a column beside the number of its row.
-    """
-    names = list(dict.fromkeys(name.strip() for _, name, _ in entries))
     rows: list[tuple[int, dict[str, str]]] = []
     for number, name, value in entries:
-        if not rows or name.strip() in rows[-1][1]:
+        if not rows or name in rows[-1][1]:
             rows.append((number, {}))
-        rows[-1][1][name.strip()] = value
-    if len(names) == 1:
+        rows[-1][1][name] = value
+    columns = list(dict.fromkeys(name for _, name, _ in entries))
+    if len(columns) == 1:
         rows = [(number, {"frame": f"{i}", **row}) for i, (number, row) in enumerate(rows)]
-        names = ["frame", *names]
-    texts = [(number, [row.get(name, "") for name in names]) for number, row in rows]
-    return [(n, "\t".join(cells)) for n, cells in [(rows[0][0] - 1, names), *texts]]
+        columns = ["frame", *columns]
+    texts = [(number, [row.get(name, "") for name in columns]) for number, row in rows]
+    return [(n, "\t".join(cells)) for n, cells in [(rows[0][0] - 1, columns), *texts]]
 
 
 def _split(text: str, separator: str) -> list[str]:
@@ -591,7 +559,6 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
         return None
     first, last = data[0][0], data[-1][0]
     above = [(i, _fitted(cells, width)) for i, cells in rows if i < first]
-    below = [cells for i, cells in rows if i > last]
     kept: list[Row] = []
     for i, cells in rows:
         if first <= i <= last and any(cells) and not cells[0].startswith("#"):
@@ -600,109 +567,84 @@ def _table(rows: list[Row], decimal: str) -> Cells | None:
                     f"line {i}: {len(cells)} entries; allowed: as many as above, {width}"
                 )
             kept.append((i, fitted))
-    summaries = _summaries(kept)
-    kept = [row for row in kept if row not in summaries]
-    names = [
+    titles = [
         (i, cells) for i, cells in above
         if cells is not None and (filled := [_bare(cell) for cell in cells if cell])
         and (len(filled) > width // 2 or (len(filled) > 1 and all(map(_tells_unit, filled))))
     ]  # fmt: skip
-    header, used = _header([cells for _, cells in names], width)
-    last_name = {i for i, _ in names[len(names) - used :]} if used else set()
-    over = [" ".join(cells) for i, cells in rows if i < first and i not in last_name]
-    over += [" ".join(cells) for cells in (*(cells for _, cells in summaries), *below)]
-    header, kept = _without_units(*_with_units(header, kept), decimal)
-    width = len(header)
-    kept = _dated(kept)
-    header = [f"{name} #{i + 1}" if header.count(name) > 1 and name else name
-              for i, name in enumerate(header)]  # fmt: skip
-    empty = [i for i in range(width) if not header[i] and all(not cells[i] for _, cells in kept)]
-    stay = [i for i in range(width) if i not in empty]
-    return Cells(
-        [header[i] or f"column {i + 1}" for i in stay],
-        [(number, [cells[i] for i in stay]) for number, cells in kept],
-        [text for text in over if text.strip()],
-        decimal,
-    )
+    header, used = _header([cells for _, cells in titles], width)
+    of_header = {i for i, _ in titles[len(titles) - used :]} if used else set()
+    lines, texts = zip(*kept, strict=True)  # a line of a log may have several rows
+    table = pd.DataFrame(texts, lines, dtype=object)
+    summaries = _summaries(table)
+    over = [" ".join(cells) for i, cells in rows if i < first and i not in of_header]
+    over += [" ".join(cells) for cells in table[summaries].to_numpy()]
+    over += [" ".join(cells) for i, cells in rows if i > last]
+    table = _with_names(table[~summaries].copy(), header, decimal)
+    return Cells(table, [text for text in over if text.strip()], decimal)
 
 
-def _summaries(rows: list[Row]) -> list[Row]:
-    """Rows that are called a mean or the like, and last rows with a word where numbers stand."""
-    summaries = [row for row in rows if any(map(is_summary, row[1]))]
-    numbers = [
-        2 * sum(_is_number(cells[i]) for n, cells in rows if (n, cells) not in summaries)
-        > len(rows) - len(summaries)
-        for i in range(len(rows[0][1]))
-    ]
-    if 2 * len(summaries) > len(rows):  # names of specimens
-        return []
-    for row in reversed(rows):
-        first = next(i for i, cell in enumerate(row[1]) if cell)
-        if row in summaries:
-            continue
-        if not numbers[first] or _is_number(row[1][first]) or missing(row[1][first]):
-            break
-        summaries.append(row)
-    return sorted(summaries)
-
-
-def _dated(rows: list[Row]) -> list[Row]:
-    """Rows with the dates of a column before the times of day of another, if there is one each."""
-    columns = range(len(rows[0][1]))
-    dates = [i for i in columns if all(re.fullmatch(_DATE, cells[i]) for _, cells in rows)]
+def _with_names(table: pd.DataFrame, header: list[str], decimal: str) -> pd.DataFrame:
+    """Columns by their names, with units that stand in the cells; dates before times of day."""
+    names = dict(enumerate(header))
+    for i in range(
+        len(names) - 1, 0, -1
+    ):  # units may have a column of their own behind the numbers
+        units = table.loc[~table[i - 1].map(missing), i].unique()
+        if (
+            (not names[i] or is_called(names[i], "unit"))
+            and len(units)
+            and all(is_unit(t) and not _is_number(t) for t in units)
+        ):
+            table[i - 1] += " " + table.pop(i)
+            del names[i]
+    for i in table:
+        names[i], table[i] = _without_units(names[i], table[i], decimal)
+    dates = [i for i in table if table[i].str.fullmatch(_DATE).all()]
     clocks = [
-        i for i in columns
-        if all((match := _CLOCK.fullmatch(cells[i])) and not match["date"] for _, cells in rows)
-    ]  # fmt: skip
-    if len(dates) != 1 or len(clocks) != 1:
-        return rows
-    date, clock = dates[0], clocks[0]
-    return [
-        (n, [f"{cells[date]} {cell}" if i == clock else cell for i, cell in enumerate(cells)])
-        for n, cells in rows
+        i for i in table if table[i].map(is_clock).all() and not table[i].str.match(_DATE).any()
     ]
+    if len(dates) == len(clocks) == 1:
+        table[clocks[0]] = table[dates[0]] + " " + table[clocks[0]]
+    count = Counter(names.values())
+    table = table[[i for i in table if names[i] or table[i].any()]]
+    for i in names:
+        more = f" #{i + 1}" if count[names[i]] > 1 else ""
+        names[i] = names[i] + more if names[i] else f"column {i + 1}"
+    return table.rename(columns=names)
 
 
-def _with_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[Row]]:
-    """Header and rows, with units that have a column of their own behind the numbers before it."""
-    for i in reversed(range(1, len(header))):
-        units = dict.fromkeys(cells[i] for _, cells in rows if not missing(cells[i - 1]))
-        if calls_unit(header[i]) and units and all(is_unit(t) and not _is_number(t) for t in units):
-            header = [*header[:i], *header[i + 1 :]]
-            rows = [
-                (n, [*cells[: i - 1], f"{cells[i - 1]} {cells[i]}", *cells[i + 1 :]])
-                for n, cells in rows
-            ]
-    return header, rows
+def _summaries(table: pd.DataFrame) -> pd.Series:
+    """Rows that are called a mean or the like, and last rows with a word where numbers stand."""
+    called = table.map(lambda cell: is_called(cell, "summary")).any(axis=1)
+    if 2 * called.sum() > len(table):  # names of specimens
+        return called & False
+    kinds = table.map(lambda cell: _kind(cell.translate(_ALIKE)))
+    of_numbers = (kinds[~called] == "number").mean() > 0.5
+    first = (table != "").cumsum(axis=1) == 1
+    word = kinds.isin(["text", "torn"]) & first & of_numbers
+    return called | (called | word.any(axis=1))[::-1].cummin()[::-1]
 
 
-def _without_units(header: list[str], rows: list[Row], decimal: str) -> tuple[list[str], list[Row]]:
-    """Header and rows, with the unit that the cells of a column have in its name.
+def _without_units(name: str, column: pd.Series, decimal: str) -> tuple[str, pd.Series]:
+    """Name and cells of a column, with the unit that the cells have in its name.
 
     Numbers in another unit than the header's, or than the first cell's, become those in that one.
     """
-    for i, name in enumerate(header):
-        alike = {cells[i].translate(_ALIKE): cells[i] for _, cells in rows}.values()
-        units = dict.fromkeys(_measure(cell)[1] for cell in alike if not missing(cell))
-        named_unit = split(name)[1]
-        unit = named_unit or next(filter(None, units), "")
-        ratios = {other: ratio(other, unit) if other or not named_unit else 1.0 for other in units}
-        if not any(units) or None in ratios.values():
-            continue
-        measures = [("", "") if missing(cells[i]) else _measure(cells[i]) for _, cells in rows]
-        header = [*header[:i], name if named_unit else f"{name} [{unit}]", *header[i + 1 :]]
-        rows = [
-            (n, [*cells[:i], _scaled(value, ratios.get(other) or 1.0, decimal), *cells[i + 1 :]])
-            for (n, cells), (value, other) in zip(rows, measures, strict=True)
-        ]
-    return header, rows
-
-
-def _scaled(value: str, by: float, decimal: str) -> str:
-    """A number in a cell times another."""
-    if by == 1.0:
-        return value
-    return f"{number(value, decimal) * by:.15g}".replace(".", decimal)
+    alike = {cell.translate(_ALIKE): cell for cell in column}.values()
+    units = dict.fromkeys(_measure(cell)[1] for cell in alike if not missing(cell))
+    named_unit = split(name)[1]
+    unit = named_unit or next(filter(None, units), "")
+    ratios = {other: ratio(other, unit) if other or not named_unit else 1.0 for other in units}
+    if not any(units) or None in ratios.values():
+        return name, column
+    measures = column.map(_measure)
+    scaled = [
+        value if (scale := ratios.get(other) or 1.0) == 1.0
+        else f"{number(value, decimal) * scale:.15g}".replace(".", decimal)
+        for value, other in measures
+    ]  # fmt: skip
+    return name if named_unit else f"{name} [{unit}]", pd.Series(scaled, column.index)
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
@@ -756,26 +698,19 @@ def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
 
 
 def _sign(texts: Iterable[str], separator: str, settings: Told) -> str:
-    """The decimal sign of cells, as it is told or as they tell it."""
-    alike: dict[str, str] = {}
-    for text in texts:
-        alike.setdefault(text.translate(_ALIKE), text)
-    cells = [_measure(text)[0].strip() for text in alike.values() if not re.fullmatch(_DATE, text)]
-    return settings.decimal or _decimal(
-        [cell for cell in cells if _NUMBER.fullmatch(cell)], separator
-    )
-
-
-def _decimal(cells: list[str], separator: str) -> str:
-    """The decimal sign of a table's numbers.
+    """The decimal sign of cells, as it is told or as they tell it.
 
     Raises:
         ConfigError: one line, where the numbers have no sign in common.
         Question: 1,234 may be a thousand or one, and nothing else in the table tells.
     """
-    signed = [cell.translate(_UNGROUPED) for cell in cells if "." in cell or "," in cell]
-    if not signed or (separator == "," and not any("," in cell for cell in signed)):
-        return "."
+    alike = {text.translate(_ALIKE): text for text in texts}.values()
+    cells = [_measure(text)[0].strip() for text in alike if not re.fullmatch(_DATE, text)]
+    numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
+    signed = [cell.translate(_UNGROUPED) for cell in numbers if "." in cell or "," in cell]
+    certain = not signed or (separator == "," and not any("," in cell for cell in signed))
+    if settings.decimal or certain:
+        return settings.decimal or "."
     signs = [sign for sign in ".," if all(map(_BY_SIGN[sign].fullmatch, signed))]
     if len(signs) == 1:
         return signs[0]
@@ -783,7 +718,7 @@ def _decimal(cells: list[str], separator: str) -> str:
         raise ConfigError(
             "its numbers have points and commas without a rule; allowed: one decimal sign"
         )
-    if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in cells):
+    if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in numbers):
         return "." if any("." in cell for cell in signed) else ","  # no thousands are grouped
     raise Question(
         f"{signed[0]}: a decimal sign, or thousands?",

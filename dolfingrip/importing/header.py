@@ -231,16 +231,19 @@ def is_unit(text: str) -> bool:
     return bool(_units(text)) or text.casefold() in _words(_known()["raw"]["units"])
 
 
-def is_summary(text: str) -> bool:
-    """Say if a text is what the mean of the rows above, or the like, is called.
+def is_called(text: str, what: str) -> bool:
+    """Say if a text is what the mean of the rows above, or a column of units, is called.
 
     Args:
         text: of a cell.
+        what: ``summary`` or ``unit``.
 
-    >>> is_summary("Mittelwert"), is_summary("Mean:"), is_summary("meander")
-    (True, True, False)
+    >>> is_called("Mittelwert", "summary"), is_called("Mean:", "summary")
+    (True, True)
+    >>> is_called("Einheit", "unit"), is_called("Druck", "unit")
+    (True, False)
     """
-    return text[:1].isalpha() and plain(text).strip(" :.") in _words(_known()["summary"]["words"])
+    return text[:1].isalpha() and plain(text).strip(" :.") in _words(_known()[what]["words"])
 
 
 def named_by_beginning(data: bytes) -> str | None:
@@ -258,16 +261,12 @@ def encodings() -> list[str]:
     return _known()["encodings"]["names"].split()
 
 
-def calls_unit(text: str) -> bool:
-    """Say if a text is what a column of units is called.
-
-    Args:
-        text: of a header.
-
-    >>> calls_unit("Einheit"), calls_unit("Druck")
-    (True, False)
-    """
-    return plain(text).strip(" :.") in ("", *_words(_known()["unit"]["words"]))
+def _per(unit: Any, other: Any) -> float | None:
+    """How many of another unit one is; None where they are not of one kind, as angles are."""
+    turned = ["radian" in str(q.to_root_units().units) for q in (unit, other)]
+    if turned[0] != turned[1] or not unit.is_compatible_with(other):
+        return None
+    return float(f"{(unit / other).to('').magnitude:.15g}")
 
 
 def ratio(unit: str, other: str) -> float | None:
@@ -280,15 +279,11 @@ def ratio(unit: str, other: str) -> float | None:
     >>> ratio("mbar", "bar"), ratio("mbar", "bar abs"), ratio("V", "V"), ratio("N", "bar")
     (0.001, None, 1.0, None)
     """
+    one, two = _units(unit), _units(other)
     if unit == other:
         return 1.0
-    one, two = _units(unit), _units(other)
-    if len(one) != 1 or len(two) != 1 or level(unit)[1] != level(other)[1]:
-        return None
-    turned = ["radian" in str(q.to_root_units().units) for q in (one[0], two[0])]
-    if turned[0] != turned[1] or not one[0].is_compatible_with(two[0]):
-        return None
-    return float(f"{(one[0] / two[0]).to('').magnitude:.15g}")
+    certain = len(one) == len(two) == 1 and level(unit)[1] == level(other)[1]
+    return _per(one[0], two[0]) if certain else None
 
 
 def factor(unit: str, target: str) -> list[float]:
@@ -302,13 +297,8 @@ def factor(unit: str, target: str) -> list[float]:
     ([100.0], [])
     """
     of_target = _registry().Quantity(1, _unit_of(target))
-    plane = of_target.units == _registry().degree
-    factors = []
-    for q in _units(unit):
-        turned = "radian" in str(q.to_root_units().units)
-        if q.is_compatible_with(of_target) and plane == turned:
-            factors.append(float(q.to(of_target.units).magnitude))
-    return list(dict.fromkeys(round(number, 15) if number > 1e-6 else number for number in factors))
+    factors = dict.fromkeys(_per(q, of_target) for q in _units(unit))
+    return [number for number in factors if number is not None]
 
 
 def _unit_of(target: str) -> str:
@@ -353,7 +343,7 @@ def recognise(header: str) -> Recognised:
         header: name of the column in the file.
 
     >>> recognise("Biegewinkel [rad]").readings
-    (ColumnReading(target='angle_deg', unit='rad', factor=57.29577951308232, offset=0.0),)
+    (ColumnReading(target='angle_deg', unit='rad', factor=57.2957795130823, offset=0.0),)
     """
     if header in (*MEASURED, *of_any_number([header]), STRAIN, STRESS, "stretch", "mode"):
         return Recognised(header, (ColumnReading(header, _shown(header)),))
@@ -368,13 +358,13 @@ def recognise(header: str) -> Recognised:
     if unit and _doubtful(name):
         may_be = tuple(("", TARGETS[kind]) for kind in kinds)
         return Recognised(header, (), DOUBTFUL if may_be else "", may_be)
-    small, targets = unit.casefold(), [TARGETS[kind] for kind in kinds]
-    raw, absolute = _words(_known()["raw"]["units"]), _known()["absolute"]
-    if kinds and small in raw:
+    targets = [TARGETS[kind] for kind in kinds]
+    columns = [column for kind in kinds for column in _known()["columns"][kind]]
+    if kinds and unit.casefold() in _words(_known()["raw"]["units"]):
         why = f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET"
         return Recognised(header, (), why, tuple(("*FACTOR+OFFSET", kind) for kind in targets))
     bare, zero = level(unit or "kPa")
-    called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(absolute["words"]))
+    called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(_known()["absolute"]["words"]))
     if (called or zero == "absolute") and kinds in (["pressure"], ["suction"], []):
         air = float(_registry().Quantity(AMBIENT_KPA, "kPa").to(_units(bare)[0].units).magnitude)
         why = "a pressure above vacuum; subtract that of the air"
@@ -382,12 +372,10 @@ def recognise(header: str) -> Recognised:
     if len(kinds) == 1 and kinds[0] in WITHOUT_UNIT:
         return Recognised(header, (ColumnReading(targets[0], unit),))
     if kinds and not unit:
-        offered = [("", column) for kind in kinds for column in _known()["columns"][kind]]
-        why = "its unit is not told"
-        if (said := re.search(r"[(\[<]\s*([^()\[\]<>]+?)\s*[)\]>]", header)) is not None:
-            why = f"{said[1]} is no unit that is known"  # nobody shall take its numbers for others
-            offered = [("*FACTOR", column) for _, column in offered]
-        return Recognised(header, (), why, tuple(offered))
+        said = re.search(r"[(\[<]\s*([^()\[\]<>]+?)\s*[)\]>]", header)
+        why = f"{said[1]} is no unit that is known" if said else "its unit is not told"
+        scale = "*FACTOR" if said else ""  # nobody shall take its numbers for others
+        return Recognised(header, (), why, tuple((scale, column) for column in columns))
     readings = tuple(ColumnReading(t, unit, value) for t in targets for value in factor(unit, t))
     if len(readings) == 1:
         return Recognised(header, readings)
@@ -397,11 +385,10 @@ def recognise(header: str) -> Recognised:
         return Recognised(header, readings, f"{unit} has two readings", offers)
     fitting = [t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT]
     fits = tuple(("", t) for t in fitting if unit and factor(unit, t))
+    why = UNNAMED if fits else ""
     if kinds:
-        other = [("*FACTOR", column) for kind in kinds for column in _known()["columns"][kind]]
         why = f"{unit} is no unit of {' or '.join(kinds)}"
-        return Recognised(header, (), why, fits or tuple(other))
-    return Recognised(header, (), UNNAMED if fits else "", fits)
+    return Recognised(header, (), why, fits or tuple(("*FACTOR", column) for column in columns))
 
 
 def _doubtful(name: str) -> bool:
@@ -462,42 +449,38 @@ def _left(named: NamedColumn, headers: Sequence[str]) -> tuple[str, float | None
 
 def _right(named: NamedColumn, header: str, scale: float | None, shift: float) -> ColumnReading:
     right = named.column.strip()
-    allowed = [
-        t for t in TARGETS.values() if t not in ("setpoint", "true_stress_MPa", "true_strain")
-    ]
     if right == IGNORE:
         return ColumnReading(IGNORE, "")
     if right in DATED:
         return ColumnReading("time_s", DATED[right])
-    unit = split(header)[1]
-    name, given_unit = split(right)
+    allowed = [
+        t for t in TARGETS.values() if t not in ("setpoint", "true_stress_MPa", "true_strain")
+    ]
+    name, unit = split(right)
     # columns of which there are any number, as those of markers and single cavities' supplies
     ends = ("kPa", "mm", "per_m")
     allowed += of_any_number(dict.fromkeys([right, *(f"{name}_{end}" for end in ends)]))
+    stem = name.replace(" ", "_")
+    targets = [right] if right in allowed else [
+        t for t in allowed if stem in (t, t.rpartition("_")[0])
+    ]  # fmt: skip
     if right in allowed:
-        target = right
-        given_unit = unit if unit and factor(unit, target) else ""
-    else:
-        likely = [t for t in allowed if t.rpartition("_")[0] == name.replace(" ", "_") or t == name]
-        if len(likely) != 1 or len(factor(given_unit, likely[0])) != 1:
+        unit = split(header)[1]
+    values = factor(unit, targets[0]) if len(targets) == 1 else []
+    if right in allowed and len(values) != 1:
+        if values and scale is None:
             raise ConfigError(
-                f"--column {named}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
-                "cavity_2_supply_kPa, marker_1_x_mm, curvature_2_per_m and the like, "
-                f"with another unit, as in pressure_psi, or {IGNORE}"
+                f"--column {named}: {unit} has two readings; allowed: a factor, as in "
+                f"{header}*1={right}"
             )
-        target = likely[0]
-    values = factor(given_unit, target) if given_unit else [1.0]
-    if len(values) > 1:
-        if scale is None:
-            raise ConfigError(
-                f"--column {named}: {given_unit} has two readings; allowed: a factor, as in "
-                f"{header}*1={target}"
-            )
-        values = [1.0]
-    per_unit = values[0]
+        unit, values = unit if values else "", [1.0]
+    if len(values) != 1:
+        raise ConfigError(
+            f"--column {named}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
+            "cavity_2_supply_kPa, marker_1_x_mm, curvature_2_per_m and the like, "
+            f"with another unit, as in pressure_psi, or {IGNORE}"
+        )
+    per_unit, factor_told = values[0], 1.0 if scale is None else scale
     return ColumnReading(
-        target,
-        given_unit or _shown(target),
-        (1.0 if scale is None else scale) * per_unit,
-        shift * per_unit,
+        targets[0], unit or _shown(targets[0]), factor_told * per_unit, shift * per_unit
     )

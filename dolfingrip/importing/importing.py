@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -41,7 +40,6 @@ from dolfingrip.importing.header import (
     UNNAMED,
     ColumnReading,
     Recognised,
-    factor,
     level,
     recognise,
     told_columns,
@@ -113,17 +111,22 @@ class ImportedTable:
         """The header and the reading of the column that is taken for one of the format."""
         return next((h, t) for h, t in self.taken.items() if t and t.target == target)
 
+    def turn(self, name: str, target: str, scale: float, shift: float = 0.0) -> None:
+        """Make a column another one, ``scale × value + shift``, and its mapping with it."""
+        header, column = self.source(name)
+        factor, offset = column.factor * scale, column.offset * scale + shift
+        self.taken[header] = replace(column, target=target, factor=factor, offset=offset)
+        turned = self.table[name] * scale + (shift + 0.0)  # 0 and not -0
+        self.table = self.table.drop(columns=name).assign(**{target: turned})
+
     def mapping(self) -> list[tuple[str, str, str]]:
         """Header, column and what was done to the numbers, of each column of the table."""
         uncertain = {q.text.partition(":")[0]: "?" for q in self.questions}
         rows = []
-        for header in self.cells.header:
-            taken = self.taken.get(header)
+        for header, taken in self.taken.items():
             name = taken.target if taken else uncertain.get(header, "passed over")
             if taken and taken.target not in self.table and not self.questions:
-                timed = any(column and column.target == TIME.name for column in self.taken.values())
-                by_frames = taken.target == "frame" and TIME.name in self.table and not timed
-                name = TIME.name if by_frames else f"passed over ({taken.target})"
+                name = f"passed over ({taken.target})"
             rows.append((header, name, _done(taken) if taken else ""))
         return rows
 
@@ -162,24 +165,47 @@ def understand(file: Path, settings: Told) -> ImportedTable:
 
     Raises:
         ConfigError: one line, where the file is no table or what is told does not fit it.
-        Question: the sheet, the encoding or the decimal sign is not certain.
+        Question: the sheet or the decimal sign is not certain.
     """
-    by_score: dict[tuple[Any, ...], Cells] = {}
-    for cells in reading.readings(file, settings):
-        columns = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
-        named = sum(any(name in n.header for n in settings.column) for name in cells.header)
-        score = named + sum(bool(column.readings) or 0.5 * bool(column.why) for column in columns)
-        # a unit's accents may differ and mean the same
-        taken = tuple((r.target, r.factor, r.offset) for column in columns for r in column.readings)
-        by_score.setdefault((score, taken), cells)
-    best = max(score for score, _ in by_score)
-    likely = [cells for (score, _), cells in by_score.items() if score == best]
-    if len(likely) > 1 and best:
-        names = [cells.how.partition(",")[0] for cells in likely]
-        raise Question(
-            "its encoding is not certain:", [ImportOption("encoding", name) for name in names]
-        )
-    return _understood(file, likely[0], settings)
+    cells, log = reading.read(file, settings), None
+    if settings.log is not None:
+        log_cells = reading.read(settings.log, replace(settings, sheet=None))
+        of_log = tuple(
+            named for named in settings.column
+            if any(name in named.header for name in {*log_cells.header} - {*cells.header})
+        )  # fmt: skip
+        log = _named(settings.log, log_cells, replace(settings, column=of_log))
+        of_first = tuple(named for named in settings.column if named not in of_log)
+        settings = replace(settings, column=of_first)
+    imported = _named(file, cells, settings)
+    imported.questions += [] if log is None else log.questions
+    if imported.questions:
+        return imported
+    if settings.side_by_side:
+        _beside(imported)
+    else:
+        _convert(imported)
+    if log is not None:
+        _convert(log)
+        _join(imported, log, settings)
+    experiment = _experiment(imported, settings)
+    if experiment is None:
+        return imported
+    if experiment != "coupon":
+        _finger(imported, settings)
+    if experiment == "coupon" or set(imported.table) & set(coupons.STRETCHES):
+        _coupon(imported, settings)
+    if CONTROL.get(experiment) in imported.table:
+        _times(imported, settings, f"rate_{'mm' if experiment == 'coupon' else 'kPa'}_per_s")
+    if is_format(cells.header) and (
+        "experiment" in cells.header or file.with_suffix(".toml").exists()
+    ):
+        imported.notes.append("it is in the format already, and its readings are taken as they are")
+    else:
+        _at_rest(imported, settings)
+    if not imported.questions:
+        _arrange(imported, experiment)
+    return imported
 
 
 def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFrame:
@@ -197,7 +223,7 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         ConfigError: one line, where the file lacks one of them, or its time runs backwards.
         Question: a column has two readings.
     """
-    imported = _named(file, next(iter(reading.readings(file, settings))), settings)
+    imported = _named(file, reading.read(file, settings), settings)
     if not imported.questions:
         _convert(imported)
         _by_frames(imported, settings)
@@ -206,7 +232,7 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
             has = ", ".join(imported.table) or "no column that is known"
             option = column_option(imported.cells.header[0], TIME.name)
             raise ConfigError(f"{file}: {has}; allowed: time and pressure; name one by {option}")
-        _finger(imported, settings, SEVERAL)
+        _finger(imported, settings)
     if imported.questions:
         raise imported.questions[0]
     table = imported.table[[TIME.name, "pressure_kPa"]]
@@ -217,12 +243,16 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         texts = imported.cells.column(imported.cells.header.index(event))
         table = table.assign(event=_numbers(imported, event, texts))
     table = table.dropna()
-    if len(table) < 2 or (np.diff(table[TIME.name]) < 0).any():
-        raise ConfigError(
-            f"{file}: {len(table)} rows with time and pressure; allowed: at least 2, in the order "
-            "of time"
-        )
+    _require_order(file, table[TIME.name].to_numpy())
     return table
+
+
+def _require_order(file: Path, time_s: np.ndarray) -> None:
+    if len(time_s) < 2 or (np.diff(time_s) < 0).any():
+        raise ConfigError(
+            f"{file}: {len(time_s)} rows with a time and a reading; allowed: at least 2, in the "
+            "order of time"
+        )
 
 
 def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
@@ -247,46 +277,6 @@ def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
     return imported
 
 
-def _understood(file: Path, cells: Cells, settings: Told) -> ImportedTable:
-    log = None
-    if settings.log is not None:
-        log_cells = next(iter(reading.readings(settings.log, replace(settings, sheet=None))))
-        of_log = tuple(
-            named for named in settings.column
-            if any(name in named.header for name in {*log_cells.header} - {*cells.header})
-        )  # fmt: skip
-        log = _named(settings.log, log_cells, replace(settings, column=of_log))
-        of_first = tuple(named for named in settings.column if named not in of_log)
-        settings = replace(settings, column=of_first)
-    imported = _named(file, cells, settings)
-    imported.questions += [] if log is None else log.questions
-    if imported.questions:
-        return imported
-    if settings.side_by_side:
-        _beside(imported)
-    else:
-        _convert(imported)
-    if log is not None:
-        _convert(log)
-        _join(imported, log, settings)
-    experiment = _experiment(imported, settings)
-    if experiment is None:
-        return imported
-    if experiment != "coupon":
-        _finger(imported, settings, experiment)
-    if experiment == "coupon" or set(imported.table) & set(coupons.STRETCHES):
-        _coupon(imported, settings, experiment)
-    if is_format(cells.header) and (
-        "experiment" in cells.header or file.with_suffix(".toml").exists()
-    ):
-        imported.notes.append("it is in the format already, and its readings are taken as they are")
-    else:
-        _at_rest(imported, settings)
-    if not imported.questions:
-        _arrange(imported, experiment)
-    return imported
-
-
 def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     """Bring two tables with two clocks together, in the rows of that which has the readings."""
     both = (imported, log)
@@ -306,9 +296,8 @@ def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     numbers = controlled[0].table.select_dtypes("number").dropna(subset=[TIME.name, control])
     rows = readings.table.dropna(subset=[TIME.name])
     log_s, time_s = numbers[TIME.name].to_numpy(), rows[TIME.name].to_numpy()
-    for part, values in ((controlled[0], log_s), (readings, time_s)):
-        if len(values) < 2 or (np.diff(values) < 0).any():
-            raise ConfigError(f"{part.file}: allowed: at least 2 rows, in the order of time")
+    _require_order(controlled[0].file, log_s)
+    _require_order(readings.file, time_s)
     if settings.shift is not None:
         steps = [float(np.median(np.diff(values))) for values in (log_s, time_s)]
         clock = Clock(settings.shift, 1.0, max(steps) / math.sqrt(12), "what was told")
@@ -326,9 +315,7 @@ def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
         name: np.interp(at, log_s, numbers[name]) for name in numbers if name not in rows.columns
     }
     imported.table = rows.assign(**more)[inside].reset_index(drop=True)
-    imported.taken |= {name: column for name, column in log.taken.items() if column}
-    header = dict.fromkeys([*imported.cells.header, *log.cells.header])
-    imported.cells = replace(imported.cells, header=[*header])
+    imported.taken |= {n: c for n, c in log.taken.items() if c or n not in imported.taken}
     drift = f", {1e6 * (clock.rate - 1):.0f} ppm of drift" if clock.rate != 1 else ""
     imported.notes.append(
         f"{controlled[0].file.name} is at {clock.shift_s:.3f} ± {clock.std_s:.3f} s where "
@@ -353,9 +340,6 @@ def _with_clock(entry: Recognised, cells: Cells, place: int) -> Recognised:
     except AmbiguousDate as date:
         offered = tuple(("", name) for name in DATED)
         return Recognised(entry.header, (), f"{date} may begin with a day or a month", offered)
-    if entry.offered[:1] == (("", TIME.name),) and (unit := reading.since_1970(texts)):
-        since = ColumnReading(TIME.name, f"{unit} since 1970", factor(unit, TIME.name)[0])
-        return Recognised(entry.header, (since,))
     if reading.pairs(texts) is None or any(r.unit in ("min", "h") for r in entry.readings):
         return entry
     why = f"{texts[0]} may be minutes and seconds, or hours and minutes"
@@ -455,7 +439,7 @@ def _since_first(imported: ImportedTable) -> None:
 
 def _numbers(imported: ImportedTable, header: str, texts: Sequence[str]) -> np.ndarray:
     values = []
-    for (number, _), text in zip(imported.cells.rows, texts, strict=True):
+    for number, text in zip(imported.cells.table.index, texts, strict=True):
         try:
             values.append(reading.number(text, imported.cells.decimal))
         except ValueError:
@@ -493,9 +477,7 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     blown = columns & {*BLOWN, *filter(cavity_of_supply, columns)}
     if len(of_rows) > 1:
         if not blown:
-            raise ConfigError(
-                _lacking(imported, next(label for label in of_rows if label != "coupon"))
-            )
+            raise _lacking(imported, next(label for label in of_rows if label != "coupon"))
         return SEVERAL
     named = of_rows or named
     fits = {
@@ -503,13 +485,10 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
         "blocked_force": bool(blown and "force_N" in columns),
         "coupon": bool(pulled and resists | (columns & {"transverse_strain"})),
     }
-    can = [name for name, fit in fits.items() if fit]
-    if len(named) == 1 and named[0] in fits:
-        if named[0] not in can:
-            raise ConfigError(_lacking(imported, named[0]))
-        can = named
+    only = named[0] if len(named) == 1 and named[0] in fits else ""
+    can = [name for name, fit in fits.items() if fit and only in ("", name)]
     if not can:
-        raise ConfigError(_lacking(imported, ""))
+        raise _lacking(imported, only)
     if len(can) > 1:
         options = [ImportOption("experiment", name) for name in can]
         imported.ask("its columns fit several experiments: which?", *options)
@@ -518,7 +497,7 @@ def _experiment(imported: ImportedTable, settings: Told) -> str | None:
     return can[0]
 
 
-def _lacking(imported: ImportedTable, experiment: str) -> str:
+def _lacking(imported: ImportedTable, experiment: str) -> ConfigError:
     """Say which columns an experiment needs."""
     has = ", ".join(imported.table) or "no column that is known"
     unused = [header for header, taken in imported.taken.items() if taken is None]
@@ -532,11 +511,11 @@ def _lacking(imported: ImportedTable, experiment: str) -> str:
         "coupon": "displacement, strain or stretch, and force or nominal stress",
     }
     allowed = needs[experiment] if experiment else "; or ".join(needs.values())
-    return f"{imported.file}: {has}{more}; allowed: {allowed}"
+    return ConfigError(f"{imported.file}: {has}{more}; allowed: {allowed}")
 
 
-def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
-    """Pressure above that of the air, suction as a positive one, times of frames."""
+def _finger(imported: ImportedTable, settings: Told) -> None:
+    """Pressure above that of the air; suction as a negative one."""
     table = imported.table
     if not set(table) & set(BLOWN):
         imported.table["pressure_kPa"] = table[[*filter(cavity_of_supply, table)]].max(axis=1)
@@ -544,7 +523,7 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
             "no column is pressure_kPa: it is the greatest of the supplies' pressures in each row, "
             "and acts on cavities without a supply of their own"
         )
-        return _times(imported, settings, "rate_kPa_per_s")
+        return
     if "volume_ml" in table:
         return _pumped(imported, settings)
     name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
@@ -565,11 +544,7 @@ def _finger(imported: ImportedTable, settings: Told, experiment: str) -> None:
                 "one table; allowed: one sign, each in a table of its own"
             )
         sign = 1.0 if -low >= high else -1.0  # of a pressure below that of the air
-        imported.taken[header] = replace(column, target="pressure_kPa", factor=sign * column.factor)
-        table = table.drop(columns=name).assign(pressure_kPa=sign * value + 0.0)  # 0 and not -0
-    imported.table = table
-    if experiment in CONTROL:
-        _times(imported, settings, "rate_kPa_per_s")
+        imported.turn(name, "pressure_kPa", sign)
 
 
 def _pumped(imported: ImportedTable, settings: Told) -> None:
@@ -585,16 +560,14 @@ def _pumped(imported: ImportedTable, settings: Told) -> None:
     turns = np.flatnonzero((steps < -2 * usual) & (np.abs(counted[1:]) <= usual)) + 1
     turns = np.array([turn for turn in turns if counted[turn:].max() > usual], dtype=int)
     if len(turns) and settings.withdraws is None:
-        row, _ = imported.cells.rows[turns[0]]
+        row = imported.cells.table.index[turns[0]]
         options = [ImportOption("withdraws"), ImportOption("withdraws", False)]
         imported.ask(f"line {row}: the volume begins at 0 again: does the pump withdraw?", *options)
     if settings.withdraws:
-        inside, way = 0.0, 1.0
-        volume = counted.copy()
-        for start, end in pairwise([0, *turns, len(counted)]):
-            volume[start:end] = inside + way * counted[start:end]
-            inside, way = volume[end - 1], -way
-        imported.table["volume_ml"] = volume
+        put = np.diff(counted, prepend=0.0)
+        put[turns] = counted[turns]
+        way = (-1.0) ** np.searchsorted(turns, np.arange(len(counted)), side="right")
+        imported.table["volume_ml"] = (way * put).cumsum()
         imported.notes.append(f"the pump turns {len(turns)} times, where its counter begins at 0")
     _by_frames(imported, settings)
 
@@ -603,7 +576,7 @@ def _by_frames(imported: ImportedTable, settings: Told) -> None:
     """Times by the numbers of frames, where there are no others."""
     table, rate_hz = imported.table, settings.frame_rate
     if rate_hz is not None and "frame" in table and TIME.name not in table:
-        table[TIME.name] = (table["frame"] - table["frame"].iloc[0]) / rate_hz
+        imported.turn("frame", TIME.name, 1 / rate_hz, -table["frame"].iloc[0] / rate_hz)
         imported.notes.append(f"time_s is the frame's number by {rate_hz:g} Hz")
 
 
@@ -625,7 +598,7 @@ def _times(imported: ImportedTable, settings: Told, rate: str) -> None:
         imported.notes.append(f"no time: diagnose assumes a rate, unless {option} tells it")
 
 
-def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
+def _coupon(imported: ImportedTable, settings: Told) -> None:
     """Travel and force where length and cross-section are told; else nominal strain and stress."""
     table, setup = imported.table, imported.setup
     for name in ("true_stress_MPa", "true_strain"):
@@ -657,34 +630,27 @@ def _coupon(imported: ImportedTable, settings: Told, experiment: str) -> None:
     _unlike_its_name(imported)
     if not imported.questions:
         for name, scale in (("stretch", length), (STRAIN, length), (STRESS, area)):
-            if name in table:
-                table = _from_nominal(imported, table, name, scale if length and area else None)
-    _pressed_or_pulled(imported, table, mode, length or math.nan)
+            if name in imported.table:
+                _from_nominal(imported, name, scale if length and area else None)
+    _pressed_or_pulled(imported, mode, length or math.nan)
     if nominal and not (length and area):
         imported.notes.append(
             "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
         )
-    imported.table = table
-    if experiment in CONTROL and (not nominal or (length and area)):
-        _times(imported, settings, "rate_mm_per_s")
 
 
-def _pressed_or_pulled(
-    imported: ImportedTable, table: pd.DataFrame, mode: str | None, length_mm: float
-) -> None:
+def _pressed_or_pulled(imported: ImportedTable, mode: str | None, length_mm: float) -> None:
     """Turn the signs of a press to those of compression; ask where a pulled one looks like it."""
+    table = imported.table
     ways, loads = (
         [n for n in names if n in table] for names in (coupons.STRETCHES, coupons.STRESSES)
     )
     if mode == coupons.COMPRESSION:
         for name in (*ways, *loads):
             at_rest = float(name == "stretch")
-            turned = at_rest + pressed(table[name].to_numpy() - at_rest)
-            if (turned != table[name]).any():
-                header, column = imported.source(name)
-                offset = 2 * at_rest - column.offset
-                imported.taken[header] = replace(column, factor=-column.factor, offset=offset)
-            table[name] = turned
+            values = table[name].to_numpy() - at_rest
+            if pressed(values) is not values:
+                imported.turn(name, name, -1.0, 2 * at_rest)
     elif mode is None and "mode" not in table and ways and loads:
         both = table[[ways[0], loads[0]]].dropna().to_numpy()
         strain = (both[:, 0] - both[0, 0]) / (length_mm if ways[0] == "displacement_mm" else 1.0)
@@ -697,41 +663,34 @@ def _pressed_or_pulled(
             imported.ask(what, *options)
 
 
-def _from_nominal(
-    imported: ImportedTable, table: pd.DataFrame, name: str, scale: float | None
-) -> pd.DataFrame:
-    """The table without a nominal column: what was measured counts, or it is worked out of it.
+def _from_nominal(imported: ImportedTable, name: str, scale: float | None) -> None:
+    """Take what was measured in place of a nominal column, or what is worked out of that.
 
     Where both are there and disagree, a note has both numbers.
 
     Args:
-        imported: takes the note, and how the column was turned.
-        table: of a coupon.
+        imported: of a coupon.
         name: of the nominal column, which stays where nothing takes its place.
         scale: length between the grips (mm) or cross-section (mm²); None: no number is worked out.
     """
+    table = imported.table
     of, key, unit = (
         ("force_N", "area", "mm²") if name == STRESS else ("displacement_mm", "gauge_length", "mm")
     )
-    if of not in table and (scale is None or name not in table):
-        return table.drop(columns=name) if name == STRAIN and "stretch" in table else table
-    header, column = imported.source(name)
-    if of not in table and scale is not None:
-        shift = column.offset - (name == "stretch")
-        imported.taken[header] = replace(
-            column, target=of, factor=column.factor * scale, offset=shift * scale
-        )
-        worked_out = (table[name] - (name == "stretch")) * scale
-        return table.assign(**{of: worked_out}).drop(columns=name)
-    # differences, as zeros may differ, and slopes, as noise may stand at the ends
-    one, other = (table[heading] - table[heading].mean() for heading in (of, name))
-    implied = float((one * other).sum() / ((other * other).sum() or math.nan))
-    if scale is not None and abs(implied / scale - 1) > ALIKE:
-        imported.notes.append(
-            f"{of} and {header} disagree: {of} was measured and is taken; by both the "
-            f"{key.replace('_', ' ')} is {implied:.4g} {unit}, and {scale:.4g} {unit} is told"
-        )
-    return table.drop(columns=name)
+    if of in table:
+        # differences, as zeros may differ, and slopes, as noise may stand at the ends
+        one, other = (table[heading] - table[heading].mean() for heading in (of, name))
+        implied = float((one * other).sum() / ((other * other).sum() or math.nan))
+        if scale is not None and abs(implied / scale - 1) > ALIKE:
+            imported.notes.append(
+                f"{of} and {imported.source(name)[0]} disagree: {of} was measured and is taken; by "
+                f"both the {key.replace('_', ' ')} is {implied:.4g} {unit}, and {scale:.4g} {unit} "
+                "is told"
+            )
+    elif scale is not None:
+        imported.turn(name, of, scale, -scale * (name == "stretch"))
+    if of in table or (scale is None and name == STRAIN and "stretch" in table):
+        imported.table = table.drop(columns=name)
 
 
 def _unlike_its_name(imported: ImportedTable) -> None:

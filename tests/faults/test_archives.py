@@ -65,7 +65,7 @@ def _book(file: Path, sheet: str = "", begins: str = "") -> None:
 
 
 def _import(file: Path) -> None:
-    list(cells.readings(file, Told()))
+    cells.read(file, Told())
 
 
 def test_a_small_workbook_is_read(tmp_path: Path) -> None:

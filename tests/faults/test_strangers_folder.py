@@ -104,10 +104,10 @@ READ: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     **dict.fromkeys((".obj", ".ply"), (_surface, lambda file: formats.triangles_of(file, 1.0))),
     ".stl": (_surface, lambda file: (formats.triangles_of(file, 1.0), closed_surface.read(file))),
     ".3mf": (_packed, lambda file: formats.triangles_of(file, 1.0)),
-    ".xlsx": (_workbook, lambda file: list(cells.readings(file, Told()))),
+    ".xlsx": (_workbook, lambda file: cells.read(file, Told())),
     **{kind: (_curve, READERS[kind]) for kind in (".svg", ".dxf")},
-    ".txt": (_text, lambda file: list(cells.readings(file, Told()))),
-    ".mat": (_arrays, lambda file: list(cells.readings(file, Told()))),
+    ".txt": (_text, lambda file: cells.read(file, Told())),
+    ".mat": (_arrays, lambda file: cells.read(file, Told())),
     **dict.fromkeys((".png", ".mp4"), (_picture, lambda file: [*open_frames([file])])),
 }
 """How a small file is written, and how it is read, by its ending."""

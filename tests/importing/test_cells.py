@@ -89,21 +89,16 @@ def test_a_date_with_two_orders_is_asked_for() -> None:
     assert cells.seconds(texts, "mdy") == [0.0, 60 * day]  # 2 January to 2 March in a leap year
 
 
-def test_pairs_and_times_since_1970() -> None:
+def test_pairs_are_hours_or_minutes() -> None:
     assert cells.pairs(["1:30", "2:15"]) == [1.5, 2.25]
     assert cells.pairs(["1:30", "2:75"]) is None
     assert cells.pairs(["1.5"]) is None
-    units = {"s": 0, "ms": 3, "us": 6, "ns": 9}
-    for unit, digits in units.items():
-        assert cells.since_1970([f"1700000000{'0' * digits}", f"1700000001{'0' * digits}"]) == unit
-    assert cells.since_1970(["1700000000", "1700000001000"]) is None
-    assert cells.since_1970(["900000000", "900000001"]) is None
 
 
 def _read(folder: Path, text: str, told: Told | None = None, encoding: str = "utf-8") -> Cells:
     file = folder / "table.csv"
     file.write_bytes(text.encode(encoding))
-    return next(cells.readings(file, told or Told()))
+    return cells.read(file, told or Told())
 
 
 TABLES = {
@@ -144,6 +139,11 @@ def test_a_log_with_names_in_each_line_is_a_table(tmp_path: Path) -> None:
     found = _read(tmp_path, "P: 0 kPa, A: 0.5 deg\nP: 10.5 kPa, A: 4.25 deg\n")
     assert found.header == ["P [kPa]", "A [deg]"]
     assert [float(cell) for cell in found.column(1)] == [0.5, 4.25]
+
+
+def test_a_line_that_has_its_names_twice_is_two_rows(tmp_path: Path) -> None:
+    found = _read(tmp_path, "P: 0, A: 0.5, P: 1, A: 2.5\nP: 10.5, A: 4.25, P: 11, A: 5\n")
+    assert found.column(0) == ["0", "1", "10.5", "11"]
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8-sig"])

@@ -367,6 +367,7 @@ TABLES = (
     LabTable(
         "ros.csv", ROS.encode(),
         {"time_s": [0, 0.5], "pressure_kPa": [0, 12.5], "angle_deg": [0, 5]},
+        Told(column=named(("time=time_ns",))),
     ),
     LabTable(
         "scatter.csv", SCATTER.encode(),
@@ -478,6 +479,8 @@ def test_a_reading_may_have_other_words_in_its_name(name: str) -> None:
         ("t [s],p [kPa],angle [°],force [N]\n0,0,0,0\n1,50,12,1\n", ["--experiment bending"]),
         ("Weg [mm];Kraft [N]\n0,5;0\n1,5;2\n", ["--gauge-length VALUE", "--area VALUE"]),
         ("t [s],x [kPa],angle [°]\n0,0,0\n1,50,12\n", ['--column "x [kPa]=pressure_kPa"']),
+        ("t,p [kPa],x [°]\n1764252185125000000,0,0\n1764252185625000000,5,12\n",
+         ['--column "t=time_ns"', '--column "t=time_ms"']),
         ("p [mPa],angle [°]\n0,0\n0.05,12\n", ['--column "p [mPa]*1000=pressure_kPa"']),
         ("p [inWG],angle [°]\n0,0\n0.5,12\n", ['--column "p [inWG]*FACTOR=pressure_kPa"']),
         ("t [s],p [%],angle [°]\n0,0,0\n1,5,12\n", ['--column "p [%]*FACTOR=pressure_kPa"']),
