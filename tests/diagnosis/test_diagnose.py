@@ -248,3 +248,5 @@ def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path
     (slip,) = files.result.slips
     assert (slip.column, slip.meaning) == ("force_N", "a force in grams")
     assert "force in grams" in lines(files.result)[0]
+    assert not found.artefacts
+    assert not list((tmp_path / "out").glob("extended*"))
