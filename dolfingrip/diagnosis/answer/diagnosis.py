@@ -173,8 +173,14 @@ class Diagnosis:
 
     @property
     def claimed(self) -> bool:
-        """Tell whether the answer is sure enough to be told as one: all causes were looked at."""
-        return self.probability >= self.policy.claimed and not self.analysis.not_tried
+        """Tell whether the answer is sure enough to be told as one.
+
+        That no cause acts, or none of the catalogue, is not known where one was not simulated.
+        """
+        untried = self.analysis.not_tried
+        if self.decision.answer != "cause":
+            untried = [*untried, *self.analysis.failed]
+        return self.probability >= self.policy.claimed and not untried
 
     @property
     def open_names(self) -> list[str]:
