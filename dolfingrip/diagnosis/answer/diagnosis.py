@@ -269,8 +269,8 @@ def diagnosed(
         analysis, posterior = other, beside
     if not analysis.closed_form:
         posterior = search(analysis.problem, np.random.default_rng(0), before=posterior)
-    told = sensitivity(posterior)
-    return Diagnosis(config, analysis, posterior, *told, slips=slips, quick=quick)
+    answers = sensitivity(posterior)
+    return Diagnosis(config, analysis, posterior, *answers, slips=slips, quick=quick)
 
 
 def _compared(analysis: Analysis[Any]) -> ModelPosterior:
