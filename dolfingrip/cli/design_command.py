@@ -162,7 +162,8 @@ def _print(result: DesignFile, descent: Descent, screen: Screen) -> None:
         for key, price in list(near.stops_mm_per_unit.items())[:SHOWN]:
             one = result.parameters[key]
             said = f"{key} = {one.value:.4g} (bounds {one.low:g} and {one.high:g})"
-            screen.say(f"stopped by {said}: {price:.2g} mm nearer for each unit beyond it")
+            nearer = f"{price:.2g} mm nearer for each {unit(key) or 'unit'} beyond it"
+            screen.say(f"stopped by {said}: {nearer}")
         if near.tied:
             count = f"{len(near.tied)} of {len(result.parameters)}"
             screen.say(f"tied: {count} parameters may be others where the rest makes up for it:")

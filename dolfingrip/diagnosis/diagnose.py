@@ -118,8 +118,7 @@ def diagnose_measurement(
     simulation = simulator_of(measurement, config, workers, say)
     suspect(suspicions(simulation.measurement, simulation.configured))
     analysis = analyse(simulation, causes, settings.effects, say, quick=quick)
-    diagnosis = diagnosed(analysis, config, quick=quick, say=say)
-    diagnosis.slips = doubts
+    diagnosis = diagnosed(analysis, config, doubts, quick=quick, say=say)
     outside = diagnosis.analysis.specimens_apart() if settings.specimens else None
     if outside is not None:
         names, log_odds = outside

@@ -105,7 +105,9 @@ def write(
 
 
 def _extended(diagnosis: Diagnosis, fit: MapFit, file: Path) -> Config | None:
-    """The configuration at a fit's numbers; None where it is refused."""
+    """The configuration at a fit's numbers; None where it is refused, or the data are doubted."""
+    if diagnosis.slips:
+        return None
     try:
         return diagnosis.extended(fit)
     except ConfigError as error:
@@ -171,8 +173,7 @@ def _content(
             for name, at in analysis.measurement.channels().items()
         },
         scatter=analysis.errors.scatter,
-        # which a slip makes up where there is none
-        artefacts=() if diagnosis.slips else tuple(
+        artefacts=tuple(
             outcome.ArtefactSize(
                 name=artefact.nuisance.name, unit=artefact.nuisance.unknown.unit,
                 size=deviations[artefact.nuisance.name] * artefact.nuisance.std,

@@ -328,7 +328,9 @@ def _why_none(result: DiagnosisFile, sure: str) -> str:
         return f"{sure} that nothing else is off: {left:.2g} times the noise is left"
     names = [cause.name for cause in result.causes if cause.open]
     behind = f" behind {' and '.join(result.behind)}" if result.behind else ""
-    act = f"{listed(names, 1)} may hide{behind}" if names else "the readings tell too little"
+    untried = result.failed or result.not_tried
+    why = "not every cause was tried" if untried else "the readings tell too little"
+    act = f"{listed(names, 1)} may hide{behind}" if names else why
     if verdict.probability < 0.5:
         sure = f"Something is off with probability {chance(1 - verdict.probability)}"
         return _fitting(f"{sure}, but no cause can be claimed: {act}", sure)

@@ -137,11 +137,16 @@ def test_a_front_is_against_a_quantity_with_a_gradient(
 
 
 def test_a_limit_that_no_design_reaches(tmp_path: Path) -> None:
+    """Of designs that fail it is not known; their angles are 40 − 30 ξ − 20 ξ² of ξ above 0.5."""
     front = '[front]\nagainst = "angle_deg"\nat_pressure_kPa = 50.0\nlow = 90.0\nhigh = 95.0\n'
     problem = read(written(tmp_path, FORCE + TWO + front))
     assert problem.front is not None
     with pytest.raises(ConfigError, match=r"angle_deg at 50 kPa is .* allowed: low and high among"):
         FrontFinder(problem, problem.front, Invented()).run()
+    found = FrontFinder(problem, problem.front, Invented(lambda config: config.morph.xi1 > 0.5))
+    known = r"ranges, not known of (\d+) designs \(limit point: invented\); allowed: low and high"
+    with pytest.raises(ConfigError, match=known):
+        found.run()
 
 
 def test_a_front_of_failures_tells_why(tmp_path: Path) -> None:

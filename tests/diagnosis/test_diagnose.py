@@ -221,6 +221,12 @@ def test_what_no_effect_does_is_unknown(store: Path, tmp_path: Path) -> None:
     print(result.verdict)
     assert result.verdict.answer == "unknown"
     assert result.unknown > 0.9
+    assert lines(result)[0].startswith("No effect of the catalogue explains the readings")
+    # a cause that could not be simulated may be the one
+    failed = replace(found.analysis, failed={"gent": "its simulation does not reach all readings"})
+    lacking = delivered(replace(found, analysis=failed), tmp_path / "lacking").result
+    assert lines(lacking)[0].startswith("No cause can be claimed")
+    assert "gent could not be tried" in lines(lacking)[1]
 
 
 @pytest.mark.slow
@@ -249,3 +255,5 @@ def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path
     (slip,) = files.result.slips
     assert (slip.column, slip.meaning) == ("force_N", "a force in grams")
     assert "force in grams" in lines(files.result)[0]
+    assert not found.artefacts
+    assert not list((tmp_path / "out").glob("extended*"))

@@ -168,10 +168,11 @@ def test_bending_is_the_angle_in_the_plane_of_symmetry() -> None:
 
 
 def test_a_finger_that_bends_backwards_and_walls_that_touch_are_told() -> None:
+    """Walls touch where contact is felt: soft ones stay near the barrier's 0.2 mm."""
     config = small.short()
     row = {"pressure_kPa": 10.0, "angle_deg": -3.0, "bending_angle_deg": 3.0,
-           "bending_direction_deg": 180.0, "wall_gap_mm": 0.09}  # fmt: skip
-    rest = dict.fromkeys(row, 0.0) | {"wall_gap_mm": float("nan")}
+           "bending_direction_deg": 180.0, "wall_gap_mm": 0.19}  # fmt: skip
+    rest = dict.fromkeys(row, 0.0) | {"wall_gap_mm": 0.21}
     told = list(doubts.of_motion(Readings("bending", config, [rest, row])))
     assert [each.title for each in told] == ["direction of bending", "walls inside"]
     assert "the angle is -3.0°" in told[0].sentence

@@ -184,8 +184,8 @@ ANSWERS: dict[str, tuple[DiagnosisFile, str, str]] = {
         told(verdict("none", claimed=False), quick=True, not_tried=("prony", "mullins")),
         "The material is 4.3 times softer than configured: material.mu_MPa = 0.675 MPa (0.641 to "
         "0.708): `--set material.mu_MPa=0.675`",
-        "Probability 0.92 that nothing else is off, too little to claim it: the readings tell too "
-        "little; --quick left out 2 causes.",
+        "Probability 0.92 that nothing else is off, too little to claim it: not every cause was "
+        "tried; --quick left out 2 causes.",
     ),
     "not reached": (
         told(verdict("none"), not_reached=("bending of A (lab.csv): a limit point",)),

@@ -123,6 +123,7 @@ class FrontFinder:
         size, sign = self._scaling.size, 1.0 if table.sense == "at most" else -1.0
         self._limited = _Signed(problem.against, sign, size, SEED + 1)
         self._improved = _Signed(problem.objective, problem.sign, size, SEED)
+        self._failures: list[str] = []
 
     def run(self) -> FrontFile:
         """Simulate until the front is sure enough, or the simulations are spent.
@@ -139,11 +140,11 @@ class FrontFinder:
         seen: list[int] = []
         areas: list[float] = []
         unsure: list[float] = []
-        failed, spent, failure = 0, 0, "too few simulations are allowed"
+        failures, spent = self._failures, 0
         front: _Front | None = None
         while spent < self._problem.method.simulations:
-            if len(seen) + failed < len(taken):
-                chosen = taken[len(seen) + failed]
+            if len(seen) + len(failures) < len(taken):
+                chosen = taken[len(seen) + len(failures)]
             elif front is None:
                 break
             else:
@@ -152,7 +153,7 @@ class FrontFinder:
             numbers = self._simulations.at(values)
             spent += numbers.simulations
             if numbers.failure:
-                failed, failure = failed + 1, numbers.failure
+                failures.append(numbers.failure)
                 free = np.arange(len(candidates)) != chosen
                 candidates = candidates[free]
                 for signed in (self._limited, self._improved):
@@ -168,10 +169,12 @@ class FrontFinder:
                 areas.append(float(np.trapezoid(front.mean.max() - front.mean, front.limits)))
                 unsure.append(float(front.deviation.max()) / (float(np.ptp(front.mean)) or 1.0))
             self._say(spent, unsure[-1] if unsure else 1.0, bool(numbers.failure))
-            if len(seen) + failed >= len(taken) and front and unsure[-1] < self._asked.unsure:
+            tried = len(seen) + len(failures)
+            if tried >= len(taken) and front and unsure[-1] < self._asked.unsure:
                 break
         if front is None:
-            raise ConfigError(f"front: no two designs could be simulated: {failure}")
+            why = failures[-1] if failures else "too few simulations are allowed"
+            raise ConfigError(f"front: no two designs could be simulated: {why}")
         limited, improved = self._limited, self._improved
         intervals = self._places(candidates, seen, front)
         keys = [v.key for v in self._problem.variables]
@@ -200,8 +203,8 @@ class FrontFinder:
                     candidates[seen], limited.values, improved.values, strict=True
                 )
             ),
-            simulations=len(seen) + failed,
-            failed=failed,
+            simulations=len(seen) + len(failures),
+            failed=len(failures),
             hypervolumes=tuple(areas),
             unsure=tuple(unsure),
             wall_s=round(time.monotonic() - begun, 1),
@@ -247,8 +250,11 @@ class FrontFinder:
         reach = "nothing"
         if not np.isnan(reached).all():
             reach = f"{np.nanmin(reached):.4g} to {np.nanmax(reached):.4g}"
+        reach += " in the parameters' ranges"
+        if self._failures:
+            reach += f", not known of {len(self._failures)} designs ({self._failures[-1]})"
         raise ConfigError(
-            f"front.low, high: {self._limited.quantity} is {reach} in the parameters' ranges; "
+            f"front.low, high: {self._limited.quantity} is {reach}; "
             "allowed: low and high among these"
         )
 

@@ -173,8 +173,14 @@ class Diagnosis:
 
     @property
     def claimed(self) -> bool:
-        """Tell whether the answer is sure enough to be told as one: all causes were looked at."""
-        return self.probability >= self.policy.claimed and not self.analysis.not_tried
+        """Tell whether the answer is sure enough to be told as one.
+
+        That no cause acts, or none of the catalogue, is not known where one was not simulated.
+        """
+        untried = self.analysis.not_tried
+        if self.decision.answer != "cause":
+            untried = [*untried, *self.analysis.failed]
+        return self.probability >= self.policy.claimed and not untried
 
     @property
     def open_names(self) -> list[str]:
@@ -225,13 +231,19 @@ class Diagnosis:
 
 
 def diagnosed(
-    analysis: Analysis[Any], config: Config, *, quick: bool = False, say: Say = silent
+    analysis: Analysis[Any],
+    config: Config,
+    slips: Sequence[Slip] = (),
+    *,
+    quick: bool = False,
+    say: Say = silent,
 ) -> Diagnosis:
     """Find out what the simulation gets wrong, and why, up to the answer.
 
     Args:
         analysis: readings with all that could explain them.
         config: the model that is diagnosed.
+        slips: doubts about the data. Artefacts would stand for a slip, so none are looked for.
         quick: verify no claim that would take long.
         say: told what is being done.
 
@@ -242,7 +254,7 @@ def diagnosed(
     analysis = analysis.judged_by_shape()
     most = 2 if quick else analysis.problem.policy.most_fits
     analysis, posterior = refined(analysis, _compared(analysis), say, most)
-    while artefacts := analysis.artefacts(posterior):
+    while not slips and (artefacts := analysis.artefacts(posterior)):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in artefacts)}")
         other = analysis.beside(artefacts)
         log_prior = sum(artefact.log_prior for artefact in artefacts)
@@ -257,7 +269,8 @@ def diagnosed(
         analysis, posterior = other, beside
     if not analysis.closed_form:
         posterior = search(analysis.problem, np.random.default_rng(0), before=posterior)
-    return Diagnosis(config, analysis, posterior, *sensitivity(posterior), quick=quick)
+    answers = sensitivity(posterior)
+    return Diagnosis(config, analysis, posterior, *answers, slips=slips, quick=quick)
 
 
 def _compared(analysis: Analysis[Any]) -> ModelPosterior:

@@ -180,8 +180,8 @@ def advice(diagnosis: Diagnosis) -> Advice | None:
         way = "finger_or_channel" if coupons else "coupon_or_channel"
     elif decision.answer == "unknown":
         way = "rates" if coupons else "other_channel"
-    elif decision.answer == "none":
-        way = "finger" if coupons else "nothing"
+    elif decision.answer == "none" and way == "alone":
+        way = "other_channel"
     if way == "alone":
         likely = (name for name, p in decision.inclusion.items() if p >= diagnosis.policy.matters)
         names = [*dict.fromkeys([*decision.first, *decision.second, *likely])]

@@ -87,7 +87,7 @@ def of_motion(result: Readings) -> Iterator[Doubt]:
         )
     if WALL_GAP.name in result:
         gap = result.column(WALL_GAP.name)
-        touch = np.flatnonzero(gap <= result.config.contact.barrier_mm / 2)
+        touch = np.flatnonzero(gap < result.config.contact.barrier_mm)
         if touch.size:
             first = int(touch[0])
             yield Doubt(
