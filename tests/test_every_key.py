@@ -194,16 +194,22 @@ AT_ITS_DEFAULT = {
 """Keys that are refused where nothing looks at them; a board's name stands for other keys."""
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "mode"),
-    [*((name, "ramps") for name in EXPERIMENTS), *(("bending", mode) for mode in MODES)],
-)
-def test_a_key_that_no_run_looks_at_is_said_to_do_nothing(
-    monkeypatch: pytest.MonkeyPatch, name: str, mode: str
-) -> None:
-    """Each key of each table, of those that are for all kinds of geometry, too."""
-    asked = config.load(None, {"mesh.size_mm": 14.0, **LOAD, **SMALL[name], **MODES[mode]})
+def allowed(base: Config, key: str) -> typing.Iterator[bool]:
+    """Whether each other value of a key is taken."""
+    table, name = key.split(".")
+    section = base.tables[table]
+    for value in others(getattr(section, name), type(section).model_fields[name]):
+        try:
+            config.changed(base, {key: value})
+            yield True
+        except ConfigError:
+            yield False
+
+
+def keys_without_effect(
+    monkeypatch: pytest.MonkeyPatch, name: str, asked: Config
+) -> tuple[set[str], set[str]]:
+    """Keys that a run does not look at, and those of them of which it is said."""
     request = Request.of(name, asked)
     tables, seen = dict(request.config.tables), set()
     fields = {each: frozenset(each.model_fields) for each in map(type, tables.values())}
@@ -221,13 +227,40 @@ def test_a_key_that_no_run_looks_at_is_said_to_do_nothing(
         f"{table}.{key}" for table, section in tables.items() for key in type(section).model_fields
         if (type(section), key) not in seen and key not in section.effort
     ]  # fmt: skip
-    told = [
+    told = {
         line.partition(":")[0]
         for line in idle(request.experiment, request.config, dict.fromkeys(unseen))
-    ]
-    print(sorted(set(unseen) - set(told)))
-    assert set(unseen) - set(told) <= AT_ITS_DEFAULT
+    }
+    print(sorted({*unseen} - told))
+    return set(unseen), told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [*((name, "ramps") for name in EXPERIMENTS), *(("bending", mode) for mode in MODES)],
+)
+def test_a_key_that_no_run_looks_at_is_said_to_do_nothing(
+    monkeypatch: pytest.MonkeyPatch, name: str, mode: str
+) -> None:
+    """Each key of each table, of those that are for all kinds of geometry, too."""
+    asked = config.load(None, {"mesh.size_mm": 14.0, **LOAD, **SMALL[name], **MODES[mode]})
+    unseen, told = keys_without_effect(monkeypatch, name, asked)
+    assert unseen - told <= AT_ITS_DEFAULT
     assert told
+
+
+@kinds
+def test_a_key_that_no_run_of_a_kind_looks_at_is_said_to_do_nothing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: str
+) -> None:
+    """Its own table, too."""
+    asked = config.changed(
+        finger(kind, tmp_path), {k: v for k, v in LOAD.items() if "element" not in k}
+    )
+    unseen, told = keys_without_effect(monkeypatch, "bending", asked)
+    taken = {key for key in unseen - told if any(allowed(asked, key))}
+    assert taken <= AT_ITS_DEFAULT
 
 
 def test_a_run_says_which_overrides_do_nothing() -> None:

@@ -59,6 +59,7 @@ NEEDS: Final[Mapping[str, Need]] = {
         lambda c: c.gravity.acceleration_m_s2 != 0, "gravity.acceleration_m_s2"
     ),
     "base.direction": Need(lambda c: bool(c.base.time_s), "base.acceleration_m_s2"),
+    "mesh.order": Need(lambda c: c.mesh.file is None, "a mesh of its own, as mesh.file has one"),
     "supply.tank_cm3": source("tank"),
     "supply.tank_kPa": source("tank"),
     "supply.pump_kPa": source("pump"),
