@@ -117,14 +117,9 @@ def note(config: Config) -> list[str]:
         config: of a finger.
     """
     limit = None if config.experiment.control == "volume" else forecast(config)
-    if limit is None or highest_kPa(config) < NEAR * limit.pressure_kPa:
+    if limit is None or config.of_experiment_kPa[1] < NEAR * limit.pressure_kPa:
         return []
     return [limit.sentence()]
-
-
-def highest_kPa(config: Config) -> float:
-    """The highest pressure (kPa) that a run is asked for."""
-    return max(config.protocol.pressure_kPa or [config.experiment.max_pressure_kPa])
 
 
 def most(material: Material) -> tuple[float, float] | None:

@@ -93,11 +93,11 @@ class Sections(Section):
     def pressures_kPa(self) -> tuple[float, ...]:
         """Lowest and highest pressure of all supplies."""
         supplied_kPa = (p for pressures in self.cavity.own.values() for p in pressures)
-        all_kPa = (*self._of_experiment_kPa, *supplied_kPa)
+        all_kPa = (*self.of_experiment_kPa, *supplied_kPa)
         return min(all_kPa), max(all_kPa)
 
     @property
-    def _of_experiment_kPa(self) -> tuple[float, float]:
+    def of_experiment_kPa(self) -> tuple[float, float]:
         """Lowest and highest pressure of the supply that cavities share."""
         if self.protocol.time_s and not self.protocol.volume_ml:
             pressures: Sequence[float] = self.protocol.pressure_kPa
@@ -108,7 +108,7 @@ class Sections(Section):
     def _in_cavity_kPa(self, name: str) -> Sequence[float]:
         """Pressures that a supply gives a cavity, its lowest and highest among them."""
         ratio = self.cavity.ratio(name)
-        return self.cavity.own.get(name) or [end * ratio for end in self._of_experiment_kPa]
+        return self.cavity.own.get(name) or [end * ratio for end in self.of_experiment_kPa]
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the sections do not allow one another."""

@@ -7,41 +7,29 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import cast_beam
 from support.checkout import needs_checkout
 from support.here import Here
 from support.measured_files import written
 
-from dolfingrip import config
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.simulation.simulated import groups
 from dolfingrip.experiments import run
-from dolfingrip.meshes import files
-from dolfingrip.meshes.adoption.adopt import adopt
-from dolfingrip.meshes.adoption.roles import Asked
-from dolfingrip.meshes.adoption.sizes import MeshRequest
 
 SEED, TAU_S, NOISE_MM = 17, 0.02, 0.05
-STL = Path(__file__).resolve().parents[2] / "examples" / "released_beam" / "beam.stl"
-BEAM = {
-    "finger.kind": "adopted", "adopted.length_mm": 100, "adopted.width_mm": 30,
-    "adopted.depth_mm": 30, "adopted.solid_body": True, "morph.d_mm": 15,
-    "material.mu_MPa": 0.09, "material.density_kg_m3": 1070, "contact.self_contact": False,
-    "gravity.acceleration_m_s2": 9.81, "gravity.direction": [-1, 0, 0],
-    "release.held_x_mm": 0.0, "experiment.dynamic": True, "solver.time_error_mm": 0.05,
-    "extensions.loss_factor.loss_factor": 0.1,
+MOVING = {
+    "gravity__acceleration_m_s2": 9.81, "gravity__direction": [-1, 0, 0],
+    "release__held_x_mm": 0.0, "experiment__dynamic": True, "solver__time_error_mm": 0.05,
+    "extensions__loss_factor__loss_factor": 0.1,
 }  # fmt: skip
 TOLD = f'experiment = ["bending"]\n[noise]\ntip_x_mm = {NOISE_MM}\n'
 
 
-def beam(folder: Path, size_mm: float, **further: Any) -> config.Config:
-    """A beam of silicone that is held level and let go; keys have __ for a point."""
-    mesh = folder / f"beam-{size_mm:g}.msh"
-    if not mesh.exists():
-        back = Asked(back=(-1.0, 0.0, 0.0))
-        files.write(mesh, adopt(STL, back, MeshRequest(size_mm=size_mm)).mesh)
-    keys = {key.replace("__", "."): value for key, value in further.items()}
-    return config.load(None, {**BEAM, "mesh.file": str(mesh), **keys})
+def beam(folder: Path, size_mm: float, **further: Any) -> Config:
+    """The beam, held level and let go; keys have __ for a point."""
+    return cast_beam.beam(folder, size_mm, **{**MOVING, **further})
 
 
 @needs_checkout

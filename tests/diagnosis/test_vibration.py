@@ -3,45 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from support.cast_beam import beam
 from support.checkout import needs_checkout
 from support.here import Here
 from support.measured_files import written
 
-from dolfingrip import config
-from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.simulation.simulated import groups
 from dolfingrip.experiments import run
-from dolfingrip.meshes import files
-from dolfingrip.meshes.adoption.adopt import adopt
-from dolfingrip.meshes.adoption.roles import Asked
-from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.parameter import find
 
-STL = Path(__file__).resolve().parents[2] / "examples" / "released_beam" / "beam.stl"
 SEED, LOSS, HEAVY_G = 5, 0.15, 52.0
 NOISE = {"frequency_1_Hz": 0.03, "damping_ratio_1": 0.003}
-BEAM = {
-    "finger.kind": "adopted", "adopted.length_mm": 100, "adopted.width_mm": 30,
-    "adopted.depth_mm": 30, "adopted.solid_body": True, "morph.d_mm": 15,
-    "material.mu_MPa": 0.09, "material.density_kg_m3": 1070, "contact.self_contact": False,
-}  # fmt: skip
 TOLD = 'experiment = "vibration"\n[noise]\n' + "".join(f"{k} = {v}\n" for k, v in NOISE.items())
-
-
-def beam(folder: Path, size_mm: float, **further: Any) -> Config:
-    """A cast beam; keys have __ for a point."""
-    mesh = folder / f"beam-{size_mm:g}.msh"
-    if not mesh.exists():
-        back = Asked(back=(-1.0, 0.0, 0.0))
-        files.write(mesh, adopt(STL, back, MeshRequest(size_mm=size_mm)).mesh)
-    keys = {key.replace("__", "."): value for key, value in further.items()}
-    return config.load(None, {**BEAM, "mesh.file": str(mesh), **keys})
 
 
 def measured(folder: Path, name: str, row: dict[str, float], told: str = "") -> Path:

@@ -18,9 +18,9 @@ from dolfingrip.channels import TIME
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest, in_proportion
-from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, supplied
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.extensions.effect import Effect, FittedKey, Stage
+from dolfingrip.extensions.effect import Effect, FittedKey
 from dolfingrip.extensions.index import camera_errors, fitted_effects
 from dolfingrip.parameter import every, named
 from dolfingrip.parameter.nuisances import SPECIMEN, changes, known, modulus_keys
@@ -34,8 +34,8 @@ def feels(cls: type[Effect], test: SpecimenTest) -> bool:
         cls: the effect.
         test: one of a measurement.
     """
-    supplied = not (test.by_volume and issubclass(cls, Stage))
-    return test.of_finger and supplied and cls.felt_on(EXPERIMENTS[test.experiment].parts)
+    acts = supplied(cls, "volume" if test.by_volume else "pressure")
+    return test.of_finger and acts and cls.felt_on(EXPERIMENTS[test.experiment].parts)
 
 
 def fitted_in(
@@ -114,8 +114,8 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
     def told(key: str, change: np.ndarray, name: str = "") -> Nuisance:
         std = max(t.setup.nuisances.get(key, 0.0) for t in measurement.tests)
         unit = named(key).unit if "." in key else units.unit(key)
-        values = [p.value(one) for one in configs.values() for p in every(one) if p.key == key]
-        return Nuisance(Unknown.marginal(name or key, std, unit, (values or [0.0])[0]), change)
+        values = (p.value(one) for one in configs.values() for p in every(one) if p.key == key)
+        return Nuisance(Unknown.marginal(name or key, std, unit, next(values, 0.0)), change)
 
     area = np.array([t.setup.nuisances["coupon_area"] for t in measurement.tests])
     numbers = [

@@ -69,7 +69,9 @@ class SimulationGroup:
         kind = effect(name.partition(".")[0])
         if kind.by_decades and max(self.in_time.cycle) < 10:
             return False
-        felt = kind.felt_on(EXPERIMENTS[self.experiment].parts) and _supplied(kind, self.config)
+        felt = kind.felt_on(EXPERIMENTS[self.experiment].parts) and supplied(
+            kind, self.config.experiment.control
+        )
         return felt and (self.experiment != "bending" or kind.felt_in_bending(self.config))
 
 
@@ -348,9 +350,14 @@ def _planned(
     return group, config, route, wanted
 
 
-def _supplied(section: type[Section], config: Config) -> bool:
-    """Return whether a section acts: where a volume is prescribed, no stage of a supply does."""
-    return config.experiment.control == "pressure" or not issubclass(section, Stage)
+def supplied(section: type[Section], control: str) -> bool:
+    """Return whether a section acts: where a volume is prescribed, no stage of a supply does.
+
+    Args:
+        section: an effect or another table.
+        control: what is prescribed, as ``experiment.control`` tells it.
+    """
+    return control == "pressure" or not issubclass(section, Stage)
 
 
 def _feels(experiment: str, config: Config, key: str) -> bool:
@@ -358,7 +365,7 @@ def _feels(experiment: str, config: Config, key: str) -> bool:
     return any(
         p.section.felt_on(EXPERIMENTS[experiment].parts)
         for p in parameter.every(config)
-        if _supplied(p.section, config)
+        if supplied(p.section, config.experiment.control)
         if p.key == key or p.key.startswith(f"{key}[")
         if config.mesh.file is None or not issubclass(p.section, Geometry)
     )

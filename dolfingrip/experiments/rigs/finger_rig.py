@@ -18,7 +18,7 @@ from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.let_go import LetGo
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
-from dolfingrip.experiments.rigs.pneumatics import longest_step_s
+from dolfingrip.experiments.rigs.pneumatics import MM3, longest_step_s
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.tip_load import compliance_mm_per_N
 from dolfingrip.experiments.rigs.undeformed import load_domain
@@ -33,7 +33,6 @@ from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.parameter import Parameter
 from dolfingrip.sections.geometry.geometry import Geometry
-from dolfingrip.sections.units import UNITS_MM
 
 
 class FingerRig(Rig):
@@ -65,7 +64,6 @@ class FingerRig(Rig):
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
         balloon = ballooning.forecast(config)
         self._forecast_kPa = np.inf if balloon is None else balloon.pressure_kPa
-        self._highest_kPa = ballooning.highest_kPa(config)
         self._borne_kPa = 0.0  # pressure up to which the forecast is not believed again
         self._greatest_stretch = np.inf if balloon is None else balloon.stretch
         self._balloons = "the walls balloon"  # in more words once the maximum is found
@@ -130,7 +128,7 @@ class FingerRig(Rig):
     def controls(self, stop: Stop) -> Mapping[str, float]:
         if CONTROL not in self._finger.model.controls:
             return {"pressure_kPa": stop.value, **stop.others, "time_s": stop.time_s}
-        unit_mm3 = UNITS_MM["cm"] ** 3 if self._config.protocol.volume_ml else self._rest_mm3
+        unit_mm3 = MM3 if self._config.protocol.volume_ml else self._rest_mm3
         return {CONTROL: self._rest_mm3 + unit_mm3 * stop.value, "time_s": stop.time_s}
 
     @property
@@ -281,7 +279,7 @@ class FingerRig(Rig):
             return self.foreseen(attempted)  # the volume is controlled soon, or now
         model, good, fall = finger.model, finger.model.state(), BALLOONS if self.jumps else FALL
         wanted_kPa, foreseen = attempted["pressure_kPa"], self.foreseen(attempted)
-        sought_kPa = max(wanted_kPa, self._highest_kPa) if foreseen else wanted_kPa
+        sought_kPa = max(wanted_kPa, self._config.of_experiment_kPa[1]) if foreseen else wanted_kPa
         settings = self._config.solver, sought_kPa, fall
         peak = greatest(model, finger.cavity, finger.driven, *settings, self._stretched)
         if peak is not None and peak[0] > wanted_kPa:

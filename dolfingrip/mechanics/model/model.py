@@ -184,7 +184,7 @@ class Model:
             cycle_at: returns the number of the cycle, from 1 on, by the time (s).
         """
         for memory in self._remembering:
-            memory.count(cycle_at)
+            memory.cycle_at = cycle_at
 
     def step_error(self) -> float:
         """Largest error of the converged load step by the allowed one."""

@@ -61,14 +61,12 @@ class Memory:
     """Something with a memory: a term, internal variables, a line that supplies pressure.
 
     A memory overrides the methods that it needs; the inherited ones do nothing.
+
+    Attributes:
+        cycle_at: returns the number of the cycle, from 1 on, by the time (s).
     """
 
-    def count(self, cycle_at: Callable[[float], float]) -> None:
-        """Learn which cycle runs at a time.
-
-        Args:
-            cycle_at: returns the number of the cycle, from 1 on, by the time (s).
-        """
+    cycle_at: Callable[[float], float] = staticmethod(lambda time_s: 1.0)
 
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the time at the load step's end and the step's length (s)."""
@@ -111,7 +109,6 @@ class History(Memory):
         self.time_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
         self.step_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
         self.cycle = fem.Constant(mesh, PETSc.ScalarType(1.0))
-        self._cycle_at: Callable[[float], float] = lambda time_s: 1.0
         self._variables: dict[str, fem.Function] = {}
         self._updates: list[tuple[fem.Function, AtPoints]] = []
 
@@ -131,14 +128,10 @@ class History(Memory):
 
     # -- as a memory -----------------------------------------------------------------------------
 
-    def count(self, cycle_at: Callable[[float], float]) -> None:
-        """Take the number of the cycle from there."""
-        self._cycle_at = cycle_at
-
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the constants."""
         self.time_s.value, self.step_s.value = time_s, step_s
-        self.cycle.value = self._cycle_at(time_s)
+        self.cycle.value = self.cycle_at(time_s)
 
     def accept(self) -> None:
         """Update all variables at once from the values at the step's start."""

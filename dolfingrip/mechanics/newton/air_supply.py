@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -71,7 +71,6 @@ class AirSupply(VolumeControl):
         super().__init__(u, pressure, volume, copies)
         self.air, self._set_point, self._kpa = air, set_point, pressure.factor
         self._error_MPa, self._barrel_mm3, self._step_s = error_MPa, barrel_mm3, 0.0
-        self._cycle_at: Callable[[float], float] = lambda time_s: 1.0
         self.begin()
 
     def begin(self) -> None:
@@ -149,14 +148,10 @@ class AirSupply(VolumeControl):
 
     # -- as a memory -----------------------------------------------------------------------------
 
-    def count(self, cycle_at: Callable[[float], float]) -> None:
-        """Take the number of the cycle from there."""
-        self._cycle_at = cycle_at
-
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the step's length, the volume that a syringe has displaced, and the cycle."""
         self._step_s, self.air.dead_mm3 = step_s, self._dead_mm3
-        self.air.decades = math.log10(self._cycle_at(time_s))
+        self.air.decades = math.log10(self.cycle_at(time_s))
 
     def step_error(self) -> float:
         """Error of the step's pressure by the allowed one."""
