@@ -177,7 +177,7 @@ def _once(
     banded = [] if bands is None else [n for n, reading in rig.readings.items() if reading.derived]
     names = columns(experiment, rig.newton.model.domain.cavities, config, banded)
     rig.newton.watch.tell = tell
-    rig.newton.model.count(protocol.cycle_at(stops))
+    rig.newton.model.cycle_at = protocol.cycle_at(stops)
     result = Result(experiment.name, config, order=names, folder=request.fields)
     derived: list[Sensitivities | AtHighest] = []
     if keys is not None:

@@ -83,6 +83,7 @@ class Model:
         time_s: time at the load step's end.
         p: pressure field of a mixed model (MPa).
         global_unknowns: global unknowns that the potential does not contain.
+        cycle_at: returns the number of the cycle, from 1 on, by the time (s).
         constraint: a support among ``supports`` that follows global unknowns.
         step_bounds: how far one step of Newton's method may go, whatever the terms allow.
         unknowns: u, p if there is one, and all global unknowns as one vector.
@@ -98,6 +99,7 @@ class Model:
     time_s: float = 0.0
     p: fem.Function | None = None
     global_unknowns: Sequence[GlobalUnknown] = ()
+    cycle_at: Callable[[float], float] = lambda time_s: 1.0
     constraint: MovingSupport | None = None
     step_bounds: StepBounds = field(default_factory=StepBounds)
     unknowns: Unknowns = field(init=False, repr=False)
@@ -176,15 +178,7 @@ class Model:
         step_s = max(self.time_s - self._accepted_s, 0.0)
         for memory in self._remembering:
             memory.set_time(self.time_s, step_s)
-
-    def count(self, cycle_at: Callable[[float], float]) -> None:
-        """Tell all memories which cycle runs at a time.
-
-        Args:
-            cycle_at: returns the number of the cycle, from 1 on, by the time (s).
-        """
-        for memory in self._remembering:
-            memory.cycle_at = cycle_at
+            memory.set_cycle(self.cycle_at(self.time_s))
 
     def step_error(self) -> float:
         """Largest error of the converged load step by the allowed one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -61,15 +61,13 @@ class Memory:
     """Something with a memory: a term, internal variables, a line that supplies pressure.
 
     A memory overrides the methods that it needs; the inherited ones do nothing.
-
-    Attributes:
-        cycle_at: returns the number of the cycle, from 1 on, by the time (s).
     """
-
-    cycle_at: Callable[[float], float] = staticmethod(lambda time_s: 1.0)
 
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the time at the load step's end and the step's length (s)."""
+
+    def set_cycle(self, cycle: float) -> None:
+        """Set the number of the cycle at the load step's end, from 1 on."""
 
     def step_error(self) -> float:
         """Error of a converged load step by the allowed one, the same on all ranks; 0 if none."""
@@ -131,7 +129,10 @@ class History(Memory):
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the constants."""
         self.time_s.value, self.step_s.value = time_s, step_s
-        self.cycle.value = self.cycle_at(time_s)
+
+    def set_cycle(self, cycle: float) -> None:
+        """Set the constant."""
+        self.cycle.value = cycle
 
     def accept(self) -> None:
         """Update all variables at once from the values at the step's start."""

@@ -149,9 +149,12 @@ class AirSupply(VolumeControl):
     # -- as a memory -----------------------------------------------------------------------------
 
     def set_time(self, time_s: float, step_s: float) -> None:
-        """Set the step's length, the volume that a syringe has displaced, and the cycle."""
+        """Set the step's length and the volume that a syringe has displaced."""
         self._step_s, self.air.dead_mm3 = step_s, self._dead_mm3
-        self.air.decades = math.log10(self.cycle_at(time_s))
+
+    def set_cycle(self, cycle: float) -> None:
+        """Set the decades of cycles that a leak has grown over."""
+        self.air.decades = math.log10(cycle)
 
     def step_error(self) -> float:
         """Error of the step's pressure by the allowed one."""
