@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Final
 
 import gmsh
 import numpy as np
@@ -28,54 +28,38 @@ _OPTIONS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class GradingPolicy:
-    """How tetrahedra grow from the concave edges of a finger, where stress concentrates.
+COARSE: Final = 0.25
+"""Element size, as part of the finger's depth, of the mesh that shows concave edges."""
 
-    Attributes:
-        coarse: element size, as part of the finger's depth, of the mesh that shows concave edges.
-        flat_sine: sine of the angle below which two faces count as one smooth face.
-        growth: growth of the element size (mm) with each mm of distance from a concave edge.
-    """
+FLAT_SINE: Final = 1e-3
+"""Sine of the angle below which two faces count as one smooth face."""
 
-    coarse: float = 0.25
-    flat_sine: float = 1e-3
-    growth: float = 0.5
+GROWTH: Final = 0.5
+"""Growth of the element size (mm) with each mm of distance from a concave edge."""
 
 
-@dataclass(frozen=True, slots=True)
-class TargetPolicy:
-    """How a size for a wanted number of elements is sought.
+TOLERANCE: Final = 0.01
+"""Largest relative difference from the target."""
 
-    Attributes:
-        tolerance: largest relative difference from the target.
-        tries: meshes, and bisections, at most.
-        slopes: range of d log(count) / d log(size): -2 in a thin wall, -3 in a thick solid.
-        largest_step: longest step of log(size).
-        close: bracket of log(size) below which the position of the change of size is bisected
-            instead.
-    """
+TRIES: Final = 20
+"""Meshes, and bisections, at most."""
 
-    tolerance: float = 0.01
-    tries: int = 20
-    slopes: tuple[float, float] = (-3.5, -1.0)
-    largest_step: float = 1.5
-    close: float = 0.02
+SLOPES: Final = (-3.5, -1.0)
+"""Range of d log(count) / d log(size): -2 in a thin wall, -3 in a thick solid."""
+
+LARGEST_STEP: Final = 1.5
+"""Longest step of log(size)."""
+
+CLOSE: Final = 0.02
+"""Bracket of log(size) below which the position of the change of size is bisected instead."""
 
 
-def finger_mesh(
-    finger: Geometry,
-    mesh: Mesh,
-    grading: GradingPolicy = GradingPolicy(),
-    target: TargetPolicy = TargetPolicy(),
-) -> SolidMesh:
+def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
     """Mesh a finger.
 
     Args:
         finger: dimensions.
         mesh: half or whole, sizes or target number of elements, order of the elements.
-        grading: how elements grow from concave edges.
-        target: how sizes for a number of elements are sought.
 
     Returns:
         Points in mm.
@@ -90,20 +74,18 @@ def finger_mesh(
         )
     with session("mesh of the finger", _OPTIONS):
         solid_model.build(finger, mesh.half)
-        curves = _concave_curves(finger, grading) if mesh.edge_size_mm is not None else []
+        curves = _concave_curves(finger) if mesh.edge_size_mm is not None else []
 
         def tetrahedra(below: float, above: float, share: float) -> int:
             scale = step_along_z(below, above, share * finger.length_mm)
-            set_sizes(curves, size, edge_size, grading.growth, scale)
+            set_sizes(curves, size, edge_size, GROWTH, scale)
             return _generate()
 
         if mesh.target_elements is None:
-            _limit(
-                size, mesh.edge_size_mm, *expected_elements(curves, size, edge_size, grading.growth)
-            )
+            _limit(size, mesh.edge_size_mm, *expected_elements(curves, size, edge_size, GROWTH))
             tetrahedra(1.0, 1.0, 1.0)
         else:
-            meet(mesh.target_elements, tetrahedra, target)
+            meet(mesh.target_elements, tetrahedra)
         gmsh.model.mesh.optimize("Relocate3D", niter=3)
         if mesh.order == 2:
             gmsh.model.mesh.setOrder(2)
@@ -126,11 +108,11 @@ def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -
         )
 
 
-def _concave_curves(finger: Geometry, grading: GradingPolicy) -> list[int]:
-    size = grading.coarse * finger.depth_mm
-    set_sizes([], size, size, grading.growth)
+def _concave_curves(finger: Geometry) -> list[int]:
+    size = COARSE * finger.depth_mm
+    set_sizes([], size, size, GROWTH)
     _generate()
-    return concave_curves(grading.flat_sine)
+    return concave_curves()
 
 
 def _generate() -> int:
@@ -140,9 +122,7 @@ def _generate() -> int:
     return len(gmsh.model.mesh.getElementsByType(4)[0])
 
 
-def meet(
-    target: int, mesh: Callable[[float, float, float], int], policy: TargetPolicy = TargetPolicy()
-) -> None:
+def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     """Mesh until the number of elements is within 1 % of the target.
 
     The bellows are alike, so the count jumps by more than 1 % if the number of elements on an edge
@@ -155,7 +135,6 @@ def meet(
         target: wanted number of elements.
         mesh: makes a mesh with sizes scaled by its first argument up to a part of the length, its
             third argument, and by its second argument beyond; returns the number of elements.
-        policy: how near, and in how many tries.
 
     Raises:
         MeshError: if the target is missed.
@@ -167,13 +146,13 @@ def meet(
         return math.log(tried[-1] / target)
 
     def met() -> bool:
-        return abs(tried[-1] - target) <= policy.tolerance * target
+        return abs(tried[-1] - target) <= TOLERANCE * target
 
-    bracket = _bracket(miss, policy)
+    bracket = _bracket(miss)
     if bracket is not None:
         fine, coarse = bracket
         low, high = 0.0, 1.0
-        for _ in range(policy.tries):
+        for _ in range(TRIES):
             if met():
                 return
             share = (low + high) / 2
@@ -184,30 +163,28 @@ def meet(
     if not met():
         nearest = min(tried, key=lambda count: abs(count - target))
         raise MeshError(
-            f"mesh.target_elements = {target}: cannot be met within {policy.tolerance:.0%} "
+            f"mesh.target_elements = {target}: cannot be met within {TOLERANCE:.0%} "
             f"with these dimensions and sizes; nearest allowed: {nearest}"
         )
 
 
-def _bracket(
-    miss: Callable[[float, float, float], float], policy: TargetPolicy
-) -> tuple[float, float] | None:
+def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float] | None:
     """Close log scales with too many and too few elements; None if met or not found."""
-    within = math.log1p(policy.tolerance) * 0.99
+    within = math.log1p(TOLERANCE) * 0.99
     fine = coarse = None
     scale, slope = 0.0, -2.1  # walls thinner than the elements
     value = miss(scale, scale, 1.0)
-    for _ in range(policy.tries):
+    for _ in range(TRIES):
         if abs(value) <= within:
             return None
         if value > 0:
             fine = scale
         else:
             coarse = scale
-        step = min(max(-value / slope, -policy.largest_step), policy.largest_step)
+        step = min(max(-value / slope, -LARGEST_STEP), LARGEST_STEP)
         new = scale + step
         if fine is not None and coarse is not None:
-            if abs(coarse - fine) <= policy.close:
+            if abs(coarse - fine) <= CLOSE:
                 return fine, coarse
             # a secant that hardly moves an end is no better than this end
             if not fine + within / 4 <= new <= coarse - within / 4:
@@ -215,11 +192,11 @@ def _bracket(
         before, scale = (scale, value), new
         value = miss(scale, scale, 1.0)
         slope = (value - before[1]) / (scale - before[0])
-        slope = min(max(slope, policy.slopes[0]), policy.slopes[1])
+        slope = min(max(slope, SLOPES[0]), SLOPES[1])
     return None
 
 
-def concave_curves(flat_sine: float = 1e-3) -> list[int]:
+def concave_curves(flat_sine: float = FLAT_SINE) -> list[int]:
     """Curves of the current, meshed Gmsh model where the dihedral angle exceeds 180°.
 
     At a concave edge each of the two faces rises above the plane of the other. The mesh gives the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
@@ -67,35 +68,27 @@ class Quality:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class QualityPolicy:
-    """Figures from which on a mesh is not good, or refused.
+REFUSED: Final = 1e-4
+"""Least scaled Jacobian below which elements are flat but for rounding."""
 
-    Attributes:
-        refused: least scaled Jacobian below which elements are flat but for rounding.
-        poor: the same below which a solve near such an element may fail.
-        through: share of the cavities' walls that may be one element thick unsaid.
-    """
+POOR: Final = 0.02
+"""The same below which a solve near such an element may fail."""
 
-    refused: float = 1e-4
-    poor: float = 0.02
-    through: float = 0.5
+THROUGH: Final = 0.5
+"""Share of the cavities' walls that may be one element thick unsaid."""
 
 
 OF_LINEAR = "linear ones (P1) are too stiff"
 """Words of the warning that matters to linear elements alone."""
 
 
-def judge(
-    mesh: SolidMesh, quality: Quality, what_to_do: str, policy: QualityPolicy = QualityPolicy()
-) -> tuple[str, ...]:
+def judge(mesh: SolidMesh, quality: Quality, what_to_do: str) -> tuple[str, ...]:
     """Judge a mesh by its figures.
 
     Args:
         mesh: checked.
         quality: its figures.
         what_to_do: words on how to make a better one.
-        policy: what is good.
 
     Returns:
         Warnings; none of a good mesh.
@@ -104,20 +97,19 @@ def judge(
         MeshError: one line, if an element is all but flat.
     """
     least = quality.scaled_jacobian_min
-    if least < policy.refused:
+    if least < REFUSED:
         raise MeshError(
-            f"mesh: least scaled Jacobian {least:.2g}; allowed: from {policy.refused:g} on; "
-            f"{what_to_do}"
+            f"mesh: least scaled Jacobian {least:.2g}; allowed: from {REFUSED:g} on; {what_to_do}"
         )
     warnings = []
-    if least < policy.poor:
-        poor = int((scaled_jacobians(mesh) < policy.poor).sum())
+    if least < POOR:
+        poor = int((scaled_jacobians(mesh) < POOR).sum())
         warnings.append(
-            f"{poor} of {quality.cells} elements have a scaled Jacobian below {policy.poor:g}, "
+            f"{poor} of {quality.cells} elements have a scaled Jacobian below {POOR:g}, "
             f"{least:.2g} at least: steps near them may fail; {what_to_do}"
         )
     share = one_through(mesh)
-    if share > policy.through:
+    if share > THROUGH:
         warnings.append(
             f"one element through the wall at {share:.0%} of the cavity's walls: enough for "
             f"quadratic elements, but {OF_LINEAR} there; {what_to_do}"

@@ -32,17 +32,11 @@ NEIGHBOUR: Final = ((2, 0), (2, 1), (1, 0), (0, 1), (1, 1), (0, 0))
 """Axis and side (0: low, 1: high) of each face of a hexahedron."""
 
 
-@dataclass(frozen=True, slots=True)
-class SpacingPolicy:
-    """How hexahedra grow from concave edges.
+RATIO: Final = 7.0
+"""Of neighbouring cells' sizes away from a concave edge; the stress decays as r^-0.46."""
 
-    Attributes:
-        ratio: of neighbouring cells' sizes away from a concave edge; the stress decays as r^-0.46.
-        ratio_in_walls: of cells that grow into a thick wall, within which strain decays.
-    """
-
-    ratio: float = 7.0
-    ratio_in_walls: float = 5.0
+RATIO_IN_WALLS: Final = 5.0
+"""Of cells that grow into a thick wall, within which strain decays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +77,7 @@ def structured_mesh(dimensions: Geometry, mesh: Mesh) -> SolidMesh:
     return second_order(solid) if mesh.order == 2 else solid
 
 
-def grid(dimensions: Geometry, mesh: Mesh, spacing: SpacingPolicy = SpacingPolicy()) -> Grid:
+def grid(dimensions: Geometry, mesh: Mesh) -> Grid:
     """A grid refined towards concave edges; all faces of the finger lie in its planes."""
     size, edge = mesh.hexahedra_mm(dimensions)
     boxes = dimensions.solid()
@@ -94,7 +88,7 @@ def grid(dimensions: Geometry, mesh: Mesh, spacing: SpacingPolicy = SpacingPolic
         walls[1] = np.concatenate([[0.0], walls[1][walls[1] > THINNEST_MM]])
     _limit(boxes.body, mesh, size, edge)
     marks = [boxes.graded(axis, both_sides=mesh.both_sides) for axis in range(3)]
-    growth = spacing.ratio_in_walls if mesh.both_sides else spacing.ratio
+    growth = RATIO_IN_WALLS if mesh.both_sides else RATIO
     planes = [
         _planes(walls[axis], marks[axis], (size, edge, growth), mesh.refine) for axis in range(3)
     ]

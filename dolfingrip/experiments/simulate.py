@@ -127,30 +127,6 @@ def job(request: Request, key: str | None = None) -> Job:
     return Job(key or request.key, FUNCTION, {"request": request.plain()}, named)
 
 
-def enter(answers: Sequence[tuple[Request, Answer]], folder: Path, worker: str) -> None:
-    """Enter answers that were not computed here into a store.
-
-    Args:
-        answers: requests with what they gave.
-        folder: of the store, made where there is none.
-        worker: who computed them, in a word.
-
-    Raises:
-        ConfigError: one line, where the folder holds something else or another process writes it.
-    """
-    with Store(folder, write=True) as store:
-        store.add([job(request) for request, _ in answers], SHARED)
-        for request, answer in answers:
-            plain, failed = answer.plain(), answer.failure_class is not None
-            store.record(
-                JobResult(
-                    request.key, "failed" if failed else "done",
-                    None if failed else plain, plain if failed else None,
-                    answer.failure_class, answer.failure, wall_s=answer.wall_s, worker=worker,
-                )
-            )  # fmt: skip
-
-
 def of_row(row: Data) -> Answer:
     """Return the answer in a row of a store.
 

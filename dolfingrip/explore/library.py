@@ -18,7 +18,7 @@ from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError, felt
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.rigs import undeformed
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore import policy
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted
 from dolfingrip.meshes import dimensions
@@ -120,7 +120,7 @@ class Blend:
     @property
     def checked(self) -> bool:
         """True where enough designs are solved to tell the error of what lies between them."""
-        return self.own or len(self.of) >= POLICY.checked
+        return self.own or len(self.of) >= policy.CHECKED
 
     def scene(self) -> Scene:
         """The steps in 3D: the design's own dimensions, moved as the solved ones are.
@@ -247,14 +247,14 @@ class Library:
             return None
         at = self.space.place(config)
         away = {id(d): float(np.linalg.norm(d.place - at)) for d in there}
-        exact = [d for d in there if away[id(d)] <= POLICY.same]
+        exact = [d for d in there if away[id(d)] <= policy.SAME]
         if exact:
             best = min(exact, key=lambda e: (e.coarse, not _same(e.largest_kPa, largest)))
             return Blend(config, [best], np.ones(1), _known(best.loads(largest)))
-        near = sorted(there, key=lambda e: (away[id(e)], e.coarse))[: POLICY.looked_at]
+        near = sorted(there, key=lambda e: (away[id(e)], e.coarse))[: policy.LOOKED_AT]
         blends = []
         for mesh in dict.fromkeys(d.mesh for d in near):
-            alike = _one_of_each([d for d in near if d.mesh == mesh])[: POLICY.neighbours]
+            alike = _one_of_each([d for d in near if d.mesh == mesh])[: policy.NEIGHBOURS]
             places = np.array([d.place for d in alike])
             if tells(places, at):
                 loads = _known(alike[0].loads(largest))
@@ -347,20 +347,20 @@ def tells(places: Floats, at: Floats) -> bool:
     >>> [tells(line, np.array(at)) for at in ([0.5, 0.0], [1.0, 0.0], [1.2, 0.0], [0.5, 0.1])]
     [True, True, False, False]
     """
-    if len(places) < POLICY.checked:
-        return len(places) > 1 and beyond(places, at) <= POLICY.outside
+    if len(places) < policy.CHECKED:
+        return len(places) > 1 and beyond(places, at) <= policy.OUTSIDE
     mean, axes = _span(places)
     aside = (at - mean) - (at - mean) @ axes.T @ axes
     tried = [beyond(np.delete(places, i, axis=0), place) for i, place in enumerate(places)]
-    reach = max(POLICY.outside, *tried)
-    return bool(np.linalg.norm(aside) <= POLICY.outside and beyond(places, at) <= reach)
+    reach = max(policy.OUTSIDE, *tried)
+    return bool(np.linalg.norm(aside) <= policy.OUTSIDE and beyond(places, at) <= reach)
 
 
 def _span(places: Floats) -> tuple[Floats, Floats]:
     """Mean of places, and the directions in which they differ, shape (directions, parameters)."""
     mean = places.mean(axis=0)
     _, spread, axes = np.linalg.svd(places - mean, full_matrices=False)
-    return mean, axes[spread > POLICY.same]
+    return mean, axes[spread > policy.SAME]
 
 
 def weights(places: Floats, at: Floats) -> Floats:

@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
+STEPS: Final = 12
+"""Readings up to the highest pressure, where a campaign has fewer."""
 
-@dataclass(frozen=True, slots=True)
-class ExplorePolicy:
-    """How the explorer behaves.
+COARSE_STEPS: Final = 4
+"""Readings up to the highest pressure on the coarse mesh."""
 
-    Attributes:
-        steps: readings up to the highest pressure, where a campaign has fewer.
-        coarse_steps: readings up to the highest pressure on the coarse mesh.
-        pressures: ends of the slider of the highest pressure, by the configured one.
-        neighbours: solved designs that one is interpolated between.
-        looked_at: solved designs, the nearest, among which those of one mesh are looked for.
-        checked: solved designs from which on the interpolation's error is estimated.
-        same: distance of two designs, in shares of the sliders' ranges, up to which they are one.
-        outside: distance from the solved designs' hull, in the same shares, up to which a design
-            counts as lying among them.
-        grasp_kPa: highest pressure of a grasp where none is asked for.
-        grasp_step_kPa: between readings of a grasp.
-    """
+PRESSURES: Final = (0.1, 2.0)
+"""Ends of the slider of the highest pressure, by the configured one."""
 
-    steps: int = 12
-    coarse_steps: int = 4
-    pressures: tuple[float, float] = (0.1, 2.0)
-    neighbours: int = 12
-    looked_at: int = 40
-    checked: int = 4
-    same: float = 1e-6
-    outside: float = 0.02
-    grasp_kPa: float = 150.0
-    grasp_step_kPa: float = 25.0
+NEIGHBOURS: Final = 12
+"""Solved designs that one is interpolated between."""
 
+LOOKED_AT: Final = 40
+"""Solved designs, the nearest, among which those of one mesh are looked for."""
 
-POLICY: Final = ExplorePolicy()
+CHECKED: Final = 4
+"""Solved designs from which on the interpolation's error is estimated."""
+
+SAME: Final = 1e-6
+"""Distance of two designs, in shares of the sliders' ranges, up to which they are one."""
+
+OUTSIDE: Final = 0.02
+"""Distance from the solved designs' hull, in the same shares, up to which a design counts as lying
+among them."""
+
+GRASP_KPA: Final = 150.0
+"""Highest pressure of a grasp where none is asked for."""
+
+GRASP_STEP_KPA: Final = 25.0
+"""Between readings of a grasp."""

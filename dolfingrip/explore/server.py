@@ -20,7 +20,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from dolfingrip.config import ConfigError
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore import policy
 from dolfingrip.explore.session import SOLVED, Session, parsed
 from dolfingrip.explore.space import Space
 from dolfingrip.files.whole import WriteError
@@ -50,7 +50,7 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
     data = {
         "sliders": space.sliders,
         "pressure": space.pressure,
-        "grasp_kPa": POLICY.grasp_kPa,
+        "grasp_kPa": policy.GRASP_KPA,
         "fields": shown_fields(),
         "front": None if designs is None else html.front_data(designs),
         "alpha_deg": ALPHA_DEG,

@@ -17,7 +17,7 @@ from dolfingrip.design.campaign.plan import FIELDS
 from dolfingrip.design.campaign.space import Varied, parse
 from dolfingrip.design.surrogate import surrogate as surrogates
 from dolfingrip.design.surrogate.surrogate import Surrogate
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore import policy
 from dolfingrip.files.campaign import CampaignDesign
 from dolfingrip.files.run import RunFile
 from dolfingrip.parameter import named
@@ -115,7 +115,7 @@ class Space:
         if any(varied.key == key for varied in self.varied):
             return None
         value = self.base.experiment.max_pressure_kPa
-        low, high = sorted(part * value for part in POLICY.pressures)
+        low, high = sorted(part * value for part in policy.PRESSURES)
         return {**_slider(Varied(named(key), low, high, None), value), "label": "Highest pressure"}
 
 
@@ -146,7 +146,7 @@ def of_results(
     shapes = solved or any((folder / FIELDS).is_dir() for folder in campaigns)
     if "experiment.step_kPa" not in overrides and not shapes:  # else their steps are kept
         largest = base.experiment.max_pressure_kPa
-        step = min(base.experiment.step_kPa, largest / POLICY.steps)
+        step = min(base.experiment.step_kPa, largest / policy.STEPS)
         base = base.changed(experiment={"step_kPa": step})
     varied = [parse(text) for text in parameters] or _ranges(surrogate, loop.designs, base)
     for v in varied:

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.request import Request
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore import policy
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.sections.units import unit
 
@@ -56,7 +56,7 @@ class Wanted:
         if edge_mm >= size_mm:
             return None
         largest = abs(config.experiment.max_pressure_kPa)
-        step = max(config.experiment.step_kPa, largest / POLICY.coarse_steps)
+        step = max(config.experiment.step_kPa, largest / policy.COARSE_STEPS)
         changes = {"mesh": {"edge_size_mm": size_mm}, "experiment": {"step_kPa": step}}
         return replace(self, config=config.changed(**changes), refined=False)
 
@@ -129,9 +129,9 @@ def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
             tables[name][key] = value if isinstance(value, str) else _number(key, value)
     if "kind" in tables["food"]:  # the size of the configuration's own food is of another kind
         tables["food"] |= {"width_mm": None, "length_mm": None, "height_mm": None}
-    pressure = _pressure(message, POLICY.grasp_kPa)
+    pressure = _pressure(message, policy.GRASP_KPA)
     tables["experiment"] = {
-        "max_pressure_kPa": pressure, "step_kPa": min(POLICY.grasp_step_kPa, pressure),
+        "max_pressure_kPa": pressure, "step_kPa": min(policy.GRASP_STEP_KPA, pressure),
     }  # fmt: skip
     return config.changed(**tables)
 

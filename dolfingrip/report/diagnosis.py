@@ -16,27 +16,20 @@ from dolfingrip.charts.picture import Look, write
 from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.files.diagnosis_words import LEAST, beside_causes, chance
 
+LEAST_PROBABILITY: Final = 0.002
+"""Probability below which a class has no bar."""
 
-@dataclass(frozen=True, slots=True)
-class DiagnosisPictures:
-    """Sizes and limits of a diagnosis' charts.
+BAND_STD: Final = 2.0
+"""Half length of the noise's bars, in standard deviations."""
 
-    Attributes:
-        least_probability: probability below which a class has no bar.
-        band_std: half length of the noise's bars, in standard deviations.
-        same: part of the range of readings within which two ways are one line.
-        most_specimens: specimens up to which each has charts of its own.
-        bar_in: height of a bar with its name, in inches.
-    """
+SAME: Final = 0.01
+"""Part of the range of readings within which two ways are one line."""
 
-    least_probability: float = 0.002
-    band_std: float = 2.0
-    same: float = 0.01
-    most_specimens: int = 4
-    bar_in: float = 0.34
+MOST_SPECIMENS: Final = 4
+"""Specimens up to which each has charts of its own."""
 
-
-PICTURES: Final = DiagnosisPictures()
+BAR_IN: Final = 0.34
+"""Height of a bar with its name, in inches."""
 
 FITTED: Final = ("before", "nuisances fitted", "blue")
 """Column, name and colour of the simulation without a cause."""
@@ -61,7 +54,7 @@ def draw(diagnosis: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Pa
         WriteError: one line.
     """
     bars = probabilities(diagnosis)
-    size = (6.4, 0.9 + PICTURES.bar_in * len(bars.y.names))
+    size = (6.4, 0.9 + BAR_IN * len(bars.y.names))
     drawn = [
         write(overlays(diagnosis, readings), out / "overlay.png", OVERLAYS),
         write([bars], out / "probabilities.png", Look(panel_in=size, dpi=150)),
@@ -109,7 +102,7 @@ def panels(readings: pd.DataFrame) -> list[ReadingsPanel]:
     for (experiment, name), part in readings.groupby(["experiment", "channel"], sort=False):
         title, channel = str(experiment).replace("_", " "), CHANNELS[str(name)]
         specimens = list(dict.fromkeys(part["specimen"]))
-        if 1 < len(specimens) <= PICTURES.most_specimens and experiment != "coupon":
+        if 1 < len(specimens) <= MOST_SPECIMENS and experiment != "coupon":
             for specimen in specimens:
                 of_specimen = part[part["specimen"] == specimen]
                 shown.append(ReadingsPanel(f"{title}, {specimen}", channel, of_specimen))
@@ -138,8 +131,8 @@ def overlays(diagnosis: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
     charts = []
     for panel in panels(readings):
         part, over, channel = panel.part, panel.over.name, panel.channel
-        half = PICTURES.band_std * part["noise"]
-        legend = f"measured, ± {PICTURES.band_std:g} std"
+        half = BAND_STD * part["noise"]
+        legend = f"measured, ± {BAND_STD:g} std"
         series = [_points(part, over, part["value"], legend, "ink", half)]
         series += lines(part, over, "configured", "as configured", "grey", "dots")
         series += lines(part, over, extended[0], *extended[1:], "line")
@@ -219,7 +212,7 @@ def _along(run: pd.DataFrame, other: pd.DataFrame, over: str, column: str) -> bo
         return False
     along = np.interp(shared[over], other[over], other[column])
     apart = float(np.abs(shared[column] - along).max())
-    return apart < PICTURES.same * float(run[column].max() - run[column].min())
+    return apart < SAME * float(run[column].max() - run[column].min())
 
 
 def ways(load: np.ndarray) -> list[slice]:
@@ -230,7 +223,7 @@ def ways(load: np.ndarray) -> list[slice]:
     return [slice(first, last + 1) for first, last in pairwise(ends)]
 
 
-def probabilities(diagnosis: DiagnosisFile, least: float = PICTURES.least_probability) -> Chart:
+def probabilities(diagnosis: DiagnosisFile, least: float = LEAST_PROBABILITY) -> Chart:
     """Make the chart of the probability of each cause.
 
     Args:

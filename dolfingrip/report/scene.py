@@ -23,26 +23,20 @@ from dolfingrip.report.skin import Floats, Ints, Skin
 Image = npt.NDArray[np.uint8]
 
 
-@dataclass(frozen=True, slots=True)
-class SceneSizes:
-    """Sizes of what is drawn around a finger.
+CLAMP_MM: Final = 8.0
+"""Height of the block drawn as the clamp."""
 
-    Attributes:
-        clamp_mm: height of the block drawn as the clamp.
-        margin_mm: white around everything that is drawn.
-        lift_mm: how far lines are drawn in front of the surface.
-        around_mm: how far clamp and plate stand out beyond the finger.
-        slab_mm: thickness of the plate.
-    """
+MARGIN_MM: Final = 2.0
+"""White around everything that is drawn."""
 
-    clamp_mm: float = 8.0
-    margin_mm: float = 2.0
-    lift_mm: float = 0.25
-    around_mm: float = 3.0
-    slab_mm: float = 3.0
+LIFT_MM: Final = 0.25
+"""How far lines are drawn in front of the surface."""
 
+AROUND_MM: Final = 3.0
+"""How far clamp and plate stand out beyond the finger."""
 
-SIZES: Final = SceneSizes()
+SLAB_MM: Final = 3.0
+"""Thickness of the plate."""
 
 
 @dataclass(frozen=True)
@@ -113,14 +107,14 @@ def draw_shapes(
         fixtures.append((_slab(skin, beside.plate), 0.45))
     views, towards = view.turning(turn_deg, len(shapes)), view.axes[2]
     # in front of the finger's side, so that they are not hidden
-    side, lift = skin.points[:, 1].min(), 2 * SIZES.lift_mm * towards
+    side, lift = skin.points[:, 1].min(), 2 * LIFT_MM * towards
     lines = [np.insert(curve, 1, side, axis=1) + lift for curve in beside.curves]
     food = [] if beside.food is None else [beside.food.points]
     blocks = (np.asarray(block.points) for block, _ in fixtures)
     still = np.concatenate([*blocks, *lines, *food])
     seen = [np.concatenate([shape, still]) for shape in shapes]
     focuses, size_mm, far = framing(seen, views)
-    width_mm, height_mm = size_mm + 2 * SIZES.margin_mm
+    width_mm, height_mm = size_mm + 2 * MARGIN_MM
     per_mm = height_px / height_mm
 
     with stage(int(np.ceil(width_mm * per_mm)), height_px) as plotter:
@@ -141,7 +135,7 @@ def draw_shapes(
         for moved, value, at, focus in zip(shapes, values, views, focuses, strict=True):
             painted.show(moved, value)
             # Lines drawn in the surface would flicker, so they are drawn a little in front of it.
-            edges.points = creases.points = moved + SIZES.lift_mm * at.axes[2]
+            edges.points = creases.points = moved + LIFT_MM * at.axes[2]
             aim(plotter, focus, at, far=far, height_mm=height_mm)
             pictures.append(shot(plotter))
     return pictures, per_mm
@@ -299,8 +293,8 @@ def clamp(skin: Skin) -> tuple[Floats, Floats]:
     """Lowest and highest corner (mm) of a block above the clamped face z = 0, larger than it."""
     z = skin.points[:, 2]
     held = skin.points[z < z.min() + 1e-6 * np.ptp(z)]
-    low, high = held.min(axis=0) - SIZES.around_mm, held.max(axis=0) + SIZES.around_mm
-    low[2], high[2] = z.min() - SIZES.clamp_mm, z.min()
+    low, high = held.min(axis=0) - AROUND_MM, held.max(axis=0) + AROUND_MM
+    low[2], high[2] = z.min() - CLAMP_MM, z.min()
     return low, high
 
 
@@ -334,6 +328,6 @@ def slab(low: Floats, high: Floats, plate: Plate) -> tuple[Floats, Floats, Float
         across = np.array([0.0, 0.0, 1.0])
     along = np.cross(normal, across)
     along /= np.linalg.norm(along)
-    wide = float(np.abs([low[1], high[1]]).max()) + SIZES.around_mm
-    sizes = np.array([SIZES.slab_mm, wide, plate.contact_length_mm])
+    wide = float(np.abs([low[1], high[1]]).max()) + AROUND_MM
+    sizes = np.array([SLAB_MM, wide, plate.contact_length_mm])
     return sizes, np.array([normal, np.cross(along, normal), along]), centre

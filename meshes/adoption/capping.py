@@ -7,7 +7,8 @@ Everything else stays as it was, and the surface is closed again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -17,40 +18,34 @@ from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces, parts_of
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
+THICKNESS: Final = (1.0, 0.7, 0.5, 0.35, 0.25)
+"""Thicknesses that are tried, by the one that is asked for."""
 
-@dataclass(frozen=True, slots=True)
-class CapPolicy:
-    """How caps close openings of a surface of triangles.
+ABOUT: Final = (1.0, 0.98, 1.02, 0.96, 1.04, 0.94, 1.06, 0.92, 1.08)
+"""Depths that are as good as the one that is tried, by that one."""
 
-    Attributes:
-        thickness: thicknesses that are tried, by the one that is asked for.
-        about: depths that are as good as the one that is tried, by that one.
-        miss: distance of the cap's plane from all corners, by its depth, below which cutting there
-            leaves slivers.
-        widens: area of a cap's inner side by the opening's, up to which a passage is even.
-    """
+MISS: Final = 2e-3
+"""Distance of the cap's plane from all corners, by its depth, below which cutting there leaves
+slivers."""
 
-    thickness: tuple[float, ...] = (1.0, 0.7, 0.5, 0.35, 0.25)
-    about: tuple[float, ...] = (1.0, 0.98, 1.02, 0.96, 1.04, 0.94, 1.06, 0.92, 1.08)
-    miss: float = 2e-3
-    widens: float = 1.5
+WIDENS: Final = 1.5
+"""Area of a cap's inner side by the opening's, up to which a passage is even."""
 
 
-def capped(roles: Roles, cap_mm: float, policy: CapPolicy = CapPolicy()) -> Roles:
+def capped(roles: Roles, cap_mm: float) -> Roles:
     """These roles of the part with its openings away from the clamp closed.
 
     Args:
         roles: with openings in ``caps``.
         cap_mm: thickness of a cap; it is thinner where no even passage is as deep.
-        policy: what is tried.
 
     Raises:
         MeshError: one line, if an opening cannot be closed.
     """
     thinnest = cap_mm
     for opening in roles.caps:
-        for share in policy.thickness:
-            closed = _closed(roles, opening, share * cap_mm, policy)
+        for share in THICKNESS:
+            closed = _closed(roles, opening, share * cap_mm)
             if closed is not None:
                 roles, thinnest = closed, min(thinnest, share * cap_mm)
                 break
@@ -66,13 +61,13 @@ def capped(roles: Roles, cap_mm: float, policy: CapPolicy = CapPolicy()) -> Role
     return replace(roles, caps=[], said=said)
 
 
-def _closed(roles: Roles, opening: Opening, cap_mm: float, policy: CapPolicy) -> Roles | None:
+def _closed(roles: Roles, opening: Opening, cap_mm: float) -> Roles | None:
     """The roles with one opening closed; None if the passage behind it is not even so far in."""
     surface = roles.surface
     normal = roles.rotation @ opening.normal
     height = surface.points @ normal
     cavity = roles.groups[_beyond(surface, opening)]
-    passage = _passage(surface, roles.groups == cavity, opening, height, cap_mm, policy)
+    passage = _passage(surface, roles.groups == cavity, opening, height, cap_mm)
     if passage is None:
         return None
     rows, height = passage
@@ -95,7 +90,7 @@ def _closed(roles: Roles, opening: Opening, cap_mm: float, policy: CapPolicy) ->
             return None
         points, triangles = filling
         area = Faces(points, triangles, np.zeros(len(triangles), np.int64)).areas.sum()
-        if area > policy.widens * opening.area_mm2:
+        if area > WIDENS * opening.area_mm2:
             return None
         parts.append((triangles, np.full(len(triangles), face), np.full(len(triangles), group)))
     triangles, face, groups = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
@@ -114,12 +109,7 @@ def _beyond(surface: Faces, opening: Opening) -> int:
 
 
 def _passage(
-    surface: Faces,
-    cavity: np.ndarray,
-    opening: Opening,
-    level: Floats,
-    cap_mm: float,
-    policy: CapPolicy,
+    surface: Faces, cavity: np.ndarray, opening: Opening, level: Floats, cap_mm: float
 ) -> tuple[Ints, Floats] | None:
     """Triangles of a cavity that reach above the plane and hang together with the rim.
 
@@ -134,10 +124,10 @@ def _passage(
     reach = np.linalg.norm(rim - middle, axis=1).max() + 2 * cap_mm
     inside = np.unique(surface.triangles[cavity])
     inside = inside[np.linalg.norm(surface.points[inside] - middle, axis=1) < reach]
-    depths = cap_mm * np.asarray(policy.about)
+    depths = cap_mm * np.asarray(ABOUT)
     misses = [np.abs(level[inside] - lowest + depth).min() for depth in depths]
     height = level - lowest + depths[int(np.argmax(misses))]
-    if max(misses) < policy.miss * cap_mm:
+    if max(misses) < MISS * cap_mm:
         return None
     reach = cavity & (height[surface.triangles] > 0).any(axis=1)
     at, ends = surface.pairs

@@ -13,7 +13,7 @@ import pandas as pd
 from dolfingrip.charts.chart import Chart
 from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.files.diagnosis_words import LEAST, cautions, chance, lines, tables
-from dolfingrip.report.diagnosis import PICTURES, overlays, panels, probabilities
+from dolfingrip.report.diagnosis import BAND_STD, overlays, panels, probabilities
 from dolfingrip.report.page.content import (
     Contribution,
     DiagnosisPart,
@@ -82,7 +82,7 @@ def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[
     said_of_it += cautions(content)
     for panel in panels(readings) if readings is not None and len(readings) else ():
         part, along = panel.part, panel.over
-        off = np.abs(part["value"] - part["after"]) > PICTURES.band_std * part["noise"]
+        off = np.abs(part["value"] - part["after"]) > BAND_STD * part["noise"]
         if off.mean() > BY_CHANCE and off.sum() > 1:
             where = part.loc[off, along.name]
             said_of_it.append(
