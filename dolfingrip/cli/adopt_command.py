@@ -14,7 +14,7 @@ import numpy as np
 from mpi4py import MPI
 from rich.text import Text
 
-from dolfingrip.cli.console import Screen, check_writable, console
+from dolfingrip.cli.console import Screen, console
 from dolfingrip.cli.progress import EVERY_S
 from dolfingrip.cli.settings import AdoptSettings
 from dolfingrip.config import Config, ConfigError
@@ -112,7 +112,6 @@ def adopt(args: AdoptSettings) -> None:
         repair=args.repair,
         **once,
     )
-    check_writable(args.out)
     if (args.out / f"{NAME}.msh").resolve() == args.part.resolve():
         raise ConfigError(f"--out {args.out}: {args.part} would be lost; allowed: another folder")
 

@@ -332,11 +332,16 @@ class Subcommand:
     def _callback(self) -> Callable[..., None]:
         """Return the function whose signature Typer reads."""
         described = settings_of(self.settings)
+        in_folder = any((one.name, one.metavar) == ("out", "FOLDER") for one in described)
 
         def perform(context: typer.Context, **given: Any) -> None:
             if context.invoked_subcommand is None:
                 values = {setting.name: setting.value(given[setting.name]) for setting in described}
                 settings = self.settings(**values)
+                if in_folder and settings.out is not None:
+                    from dolfingrip.cli.console import check_writable  # which loads MPI
+
+                    check_writable(settings.out)
                 self.function(settings)(settings)
 
         leading = Parameter("context", Parameter.KEYWORD_ONLY, annotation=typer.Context)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
+from dolfingrip.cli.console import Screen, console, one_process, resumable
 from dolfingrip.cli.settings import DesignSettings
 from dolfingrip.design.gradient import curve, front, run, starts
 from dolfingrip.design.gradient.descent import Descent, Trial
@@ -32,7 +32,6 @@ def design(args: DesignSettings) -> None:
     one_process("--workers, without mpirun")
 
     problem = read(args.file, args.overrides)
-    check_writable(args.out)
     screen = console()
     if problem.front is not None:
         _front(problem, args.out, args.workers, screen)

@@ -11,7 +11,7 @@ from dolfingrip import config as configuration
 from dolfingrip.channels import CHORD_ANGLE, PRESSURE
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import check_writable, console, one_process, resumable
+from dolfingrip.cli.console import console, one_process, resumable
 from dolfingrip.cli.rooms import offered
 from dolfingrip.cli.settings import DiagnoseSettings, PlanExperimentSettings, PredictSettings
 from dolfingrip.config import ConfigError
@@ -36,7 +36,6 @@ def diagnose(args: DiagnoseSettings) -> None:
     one_process("--workers, without mpirun")
 
     resolved = configuration.load(args.config, args.overrides)
-    check_writable(args.out)
     screen = console()
     data = offered(args.data, "diagnose", screen, args.out)
     kept = args.store or args.out / "simulations"
@@ -75,7 +74,6 @@ def plan_experiment(args: PlanExperimentSettings) -> None:
     one_process("--workers, without mpirun")
 
     resolved = configuration.load(args.config, args.overrides)
-    check_writable(args.out)
     screen = console()
     effects = list(args.effects) or None
     check_effects(effects)
@@ -111,7 +109,6 @@ def predict(args: PredictSettings) -> None:
     fits = posterior.read(args.source)
     config = configuration.load(args.source, args.overrides)
     config = config.changed(experiment={"max_pressure_kPa": 1.15 * max(pressures)})
-    check_writable(args.out)
     screen = console()
     with progress.shown(screen, "fits", total=len(fits.fit)) as show:
         curves = prediction.simulated(

@@ -10,7 +10,7 @@ import typer
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import check_writable, console, gradient_keys, one_process, resumable
+from dolfingrip.cli.console import console, gradient_keys, one_process, resumable
 from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space
@@ -56,7 +56,6 @@ def doe(args: DoeSettings) -> None:
         _check(args.check)
         return
     wanted = planned(args, base(args.config, args.overrides))
-    check_writable(args.out)
     screen = console()
     where = Where(args.scheduler, args.slurm, args.workers, args.ranks)
     shown = progress.jobs(screen, "designs", progress.FEW, describe=_so_far(wanted))

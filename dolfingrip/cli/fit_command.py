@@ -10,7 +10,7 @@ from rich.table import Table
 
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import check_writable, console
+from dolfingrip.cli.console import console
 from dolfingrip.cli.rooms import offered
 from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
@@ -56,7 +56,6 @@ def fit_laws(
     screen = console()
     files = offered(files, "coupon --fit", screen, out)
     data = [series for file in files for series in coupons.read(file, max_stretch)]
-    check_writable(out)
     readings = sum(len(series.stretch) for series in data)
     chosen = [LAWS[name] for name in names or LAWS]
     laws = [law for law in chosen if len(law.keys) < readings]

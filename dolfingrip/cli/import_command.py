@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from dolfingrip.cli.console import Screen, check_writable, console
+from dolfingrip.cli.console import Screen, console
 from dolfingrip.cli.settings import ImportSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.importing import importing
@@ -20,7 +20,6 @@ from dolfingrip.report.table import of_columns
 
 def import_table(args: ImportSettings) -> None:
     """Read the table, ask what is not certain, and write the two files."""
-    check_writable(args.out)
     given = {field.name: getattr(args, field.name) for field in fields(Told)}
     bring(args.table, args.out, Told(**given | {"column": named(args.column)}), console())
 

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import doe_commands, surrogate_commands
-from dolfingrip.cli.console import check_writable, console, one_process
+from dolfingrip.cli.console import console, one_process
 from dolfingrip.cli.experiment_commands import exit_early, run_demo
 from dolfingrip.cli.installation import missing, need
 from dolfingrip.cli.report_command import write_report
@@ -47,7 +47,6 @@ def reproduce(args: ReproduceSettings) -> None:
     study = study_file.read(args.file)
     limited, improved = study.front.objectives()
     names = (limited.title, improved.title)
-    check_writable(args.out)
     doe, surrogate, optimum = args.out / "doe", args.out / "surrogate", args.out / "optimum"
     run_step(
         doe_commands.doe,
@@ -207,7 +206,6 @@ def run_small_loop(
 def demo(args: DemoSettings) -> None:
     """Run both experiments on the reference finger and a small design loop, write a report."""
     resolved = configuration.load(args.config, args.overrides)
-    check_writable(args.out)
     screen = console()
     if args.loop:  # an older campaign of other settings is refused before minutes of solving
         designs = doe_commands.planned(DoeSettings(parameter=DESIGNS), coarsened(resolved))

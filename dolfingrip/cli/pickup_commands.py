@@ -10,7 +10,7 @@ from pathlib import Path
 import typer
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
+from dolfingrip.cli.console import Screen, console, one_process, resumable
 from dolfingrip.cli.settings import FrictionSettings, PickupSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup as searches
@@ -96,7 +96,6 @@ def _base(args: PickupSettings | FrictionSettings, friction: float | None = None
 @contextmanager
 def _trials(base: Config, out: Path, screen: Screen) -> Iterator[GraspTrials]:
     """Grasps that print a line each."""
-    check_writable(out)
     standing: list[Standing] = []
     with (
         resumable(screen, out),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import check_writable, console, one_process, resumable
+from dolfingrip.cli.console import console, one_process, resumable
 from dolfingrip.cli.settings import RobotSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.files.robot import Accuracy
@@ -19,7 +19,6 @@ def robot(args: RobotSettings) -> None:
     """Fit a chain of links to finite elements and write it for robot simulators."""
     one_process("--workers, without mpirun")
     config = configuration.load(args.config, args.overrides)
-    check_writable(args.out)
     screen, folder = console(), args.out / build.FOLDER
     try:
         placed = room(config)

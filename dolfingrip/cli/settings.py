@@ -27,11 +27,6 @@ LARGEST_PRESSURE_KPA: Final = 1000.0
 """Pressure of a grasp that may be asked for, at most."""
 
 
-def _assigned(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
-    """Read ``KEY=VALUE`` texts; the values are TOML's."""
-    return tables.assignments(texts, flag)
-
-
 def _assigned_pressures(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
     """Read ``KEY=VALUE`` texts of the configuration, of which numbers are checked."""
     if not texts:
@@ -119,7 +114,7 @@ _noise = partial(
     option,
     help="Standard deviation of a column's readings, in its unit, e.g. angle_deg=0.2; repeatable.",
     metavar="COLUMN=STD",
-    read=_assigned,
+    read=tables.assignments,
 )
 _gradients = partial(option, help="Derive all readings by parameters: sensitivity.csv.")
 _parameters = partial(option, help="Parameters of --gradients; default: all.", metavar="KEY,KEY,…")
@@ -658,7 +653,11 @@ class PlanExperimentSettings(ConfiguredSettings):
     rig: Path | None = argument(None, "Rig and \\[protocol]; default: the paper's.", "RIG.toml")
     out: Path = _out(Path("out/plan"))
     changes: Mapping[str, Any] = option(
-        NOTHING, "Key of \\[protocol]: cycles=3.", "--with", metavar="KEY=VALUE", read=_assigned
+        NOTHING,
+        "Key of \\[protocol]: cycles=3.",
+        "--with",
+        metavar="KEY=VALUE",
+        read=tables.assignments,
     )
     noise: Mapping[str, Any] = _noise(NOTHING)
     workers: int = _workers(2)

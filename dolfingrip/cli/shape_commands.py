@@ -5,7 +5,7 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.console import check_writable, console
+from dolfingrip.cli.console import console
 from dolfingrip.cli.settings import MeshSettings, MorphSettings
 from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.mechanics.model.domain import on_root
@@ -19,7 +19,6 @@ FORMATS = (".msh", ".vtk", ".inp")
 def mesh(args: MeshSettings) -> None:
     """Mesh the finger: .msh, VTK and Abaqus .inp."""
     resolved = configuration.load(args.config, args.overrides)
-    check_writable(args.out)
 
     screen = console()
 

@@ -10,7 +10,7 @@ from dolfingrip.channels import ANGLE, PRESSURE, TIME
 from dolfingrip.charts import picture
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import check_writable, console, one_process
+from dolfingrip.cli.console import console, one_process
 from dolfingrip.cli.settings import SupplySettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import feedforward
@@ -33,7 +33,6 @@ def supply(args: SupplySettings) -> None:
     if column == PRESSURE.name:
         defaults["experiment.max_pressure_kPa"] = max(columns[column])
     config = configuration.load(args.config, args.overrides, defaults)
-    check_writable(args.out)
     screen = console()
     with progress.shown(screen, "steps") as show:
         control = feedforward.command_for(

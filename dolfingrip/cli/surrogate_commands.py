@@ -17,7 +17,7 @@ from rich.table import Table
 from dolfingrip import config as configuration
 from dolfingrip.charts import picture
 from dolfingrip.cli import doe_commands, progress
-from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
+from dolfingrip.cli.console import Screen, console, one_process, resumable
 from dolfingrip.cli.settings import OptimiseSettings, StudySettings, TradeOffSettings, TrainSettings
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.design.campaign.plan import OBJECTIVE
@@ -51,7 +51,6 @@ def train(args: TrainSettings) -> None:
         raise ConfigError("--input, --output: allowed: names of columns with a table")
     data = designs.read(args.source, inputs, outputs)
     settings = TrainingSettings(epochs=args.epochs, seed=args.seed)
-    check_writable(args.out)
     screen = console()
     screen.say(
         f"{len(data)} designs; {data.failed} failed and {data.incomplete} incomplete ones left out"
@@ -140,7 +139,6 @@ def optimise(args: OptimiseSettings) -> None:
     genetic = NSGA2Settings(
         args.population, args.generations, args.crossover, args.mutation, args.seed
     )
-    check_writable(args.out)
     screen = console()
     with progress.shown(screen, "generations") as show:
         optimised = optimum.find(
@@ -277,7 +275,6 @@ def study(args: StudySettings) -> None:
         tuple(dict.fromkeys(args.mutation)),
         args.seeds,
     )
-    check_writable(args.out)
     names, improved = model.input_names, objectives[1].title
     screen = console()
     processes = args.processes or len(os.sched_getaffinity(0))

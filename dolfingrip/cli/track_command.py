@@ -14,7 +14,7 @@ import numpy as np
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import PRESSURE
-from dolfingrip.cli.console import Screen, check_writable, console, one_process
+from dolfingrip.cli.console import Screen, console, one_process
 from dolfingrip.cli.import_command import named
 from dolfingrip.cli.progress import shown
 from dolfingrip.cli.settings import TrackSettings
@@ -43,7 +43,6 @@ def track_video(args: TrackSettings) -> None:
         SHEETS[args.sheet].write(file)
         screen.say(f"{file}: print it at 100 %, and measure its ruler")
         return
-    check_writable(args.out)
     config = configuration.load(args.config, overrides=args.overrides)
     request, log, until_s = _told(args), _log(args), args.until or math.inf
     source: frames.FrameSource | None = None
