@@ -41,13 +41,10 @@ class BaseMotion(Section):
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        if len(self.acceleration_m_s2) != len(self.time_s):
-            words = f"allowed: as many as time_s has, {len(self.time_s)}"
-            yield Refusal("acceleration_m_s2", words, f"{len(self.acceleration_m_s2)} values")
+        yield from self.as_many("acceleration_m_s2", "time_s")
         if len(self.time_s) == 1 or any(b <= a for a, b in pairwise(self.time_s)):
             yield Refusal("time_s", "allowed: two or more, each after the one before")
-        if not any(self.direction):
-            yield Refusal("direction", "allowed: any vector but zero")
+        yield from self.directed("direction")
 
     def velocity_mm_s(self, time_s: float) -> np.ndarray:
         """Velocity of the clamp, (3,), from rest.

@@ -155,10 +155,8 @@ class CurveTarget(Section):
         if len(self.x_mm) < 2:
             yield Refusal("x_mm", "allowed: two points or more", f"{len(self.x_mm)} numbers")
         for key in ("z_mm", "pressure_kPa"):
-            given = getattr(self, key)
-            if given is not None and len(given) != len(self.x_mm):
-                words = f"allowed: as many as x_mm has, {len(self.x_mm)}"
-                yield Refusal(key, words, f"{len(given)} numbers")
+            if getattr(self, key) is not None:
+                yield from self.as_many(key, "x_mm")
         if self.pressure_kPa is not None:
             if (np.diff(self.pressure_kPa) < 0).any():
                 yield Refusal("pressure_kPa", "allowed: rising", list(self.pressure_kPa))

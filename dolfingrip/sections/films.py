@@ -76,14 +76,8 @@ class Film(Section):
                 yield Refusal("region", "a layer's; allowed: the name of a region", '""')
         elif len(places) > 1:
             yield Refusal("group", "allowed: either group or between")
-        if len(self.fibre_deg) != len(self.fibre_Et_N_per_mm):
-            yield Refusal(
-                "fibre_deg",
-                f"allowed: as many as fibre_Et_N_per_mm has, {len(self.fibre_Et_N_per_mm)}",
-                f"{len(self.fibre_deg)} values",
-            )
-        if not any(self.fibre_axis):
-            yield Refusal("fibre_axis", "allowed: any vector but zero")
+        yield from self.as_many("fibre_deg", "fibre_Et_N_per_mm")
+        yield from self.directed("fibre_axis")
         if self.model == "layer" and not any(self.fibre_axis[1:]):
             yield Refusal("fibre_axis", "allowed for a layer, x = const: any but along x")
         if not self.Et_N_per_mm and not any(self.fibre_Et_N_per_mm):

@@ -36,8 +36,7 @@ class PlateSettings(Section):
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        if not any(self.normal):
-            yield Refusal("normal", "allowed: any vector but zero")
+        yield from self.directed("normal")
 
 
 class Gravity(Section):
@@ -66,8 +65,7 @@ class Gravity(Section):
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        if not any(self.direction):
-            yield Refusal("direction", "allowed: any vector but zero")
+        yield from self.directed("direction")
 
 
 class Camera(Section):

@@ -142,15 +142,11 @@ class Protocol(Section):
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        count = len(self.time_s)
         controls = ("displacement_mm", "volume_ml", "pressure_kPa")
         control = next((key for key in controls if getattr(self, key)), controls[-1])
         for key in (control, "cycle", "branch"):
-            values = getattr(self, key)
-            if len(values) != count and (values or key == control):
-                yield Refusal(
-                    key, f"allowed: as many as time_s has, {count}", f"{len(values)} values"
-                )
+            if key == control or getattr(self, key):
+                yield from self.as_many(key, "time_s")
         if min(self.pressure_kPa, default=0.0) < VACUUM_KPA:
             yield Refusal("pressure_kPa", NO_VACUUM, min(self.pressure_kPa))
         late = [b for a, b in pairwise(self.time_s) if b < a]

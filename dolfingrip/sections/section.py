@@ -181,6 +181,26 @@ class Section(BaseModel):
         if getattr(self, key) <= most:
             yield Refusal(key, f"{why}allowed: above {words}")
 
+    def as_many(self, key: str, other: str) -> Iterator[Refusal]:
+        """Yield a refusal of a list that is not as long as another one.
+
+        Args:
+            key: of the list.
+            other: key of the other one.
+        """
+        given, count = len(getattr(self, key)), len(getattr(self, other))
+        if given != count:
+            yield Refusal(key, f"allowed: as many as {other} has, {count}", f"{given} values")
+
+    def directed(self, key: str) -> Iterator[Refusal]:
+        """Yield a refusal of a vector without a direction.
+
+        Args:
+            key: of the vector.
+        """
+        if not any(getattr(self, key)):
+            yield Refusal(key, "allowed: any vector but zero")
+
     def _limit(self, key: str, limit: float | str) -> tuple[float, str]:
         """A limit of a key, and its words."""
         name, value = (

@@ -73,16 +73,10 @@ class MixedTangent(Tangent):
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
     ) -> None:
-        """Set or add (3, 3) ``blocks`` at the entries of ``graph``."""
+        """Add (3, 3) ``blocks`` at the entries of ``graph``."""
         above, below = self._scalars(graph, blocks)
         nothing = sp.csr_matrix(self._below.shape)  # in the pressure's rows
-        values = sp.vstack([above, nothing, below], "csr")
-        matrix.setValuesCSR(
-            values.indptr.astype(PETSc.IntType),
-            values.indices.astype(PETSc.IntType),
-            values.data,
-            addv=add,
-        )
+        self._add_rows(sp.vstack([above, nothing, below], "csr"))
 
     def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
         assemble_blocks(self.matrix, forms)

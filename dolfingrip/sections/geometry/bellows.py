@@ -95,11 +95,7 @@ class Bellows(Geometry):
         floor, wall, depth = self.base_layer_mm, self.wall_mm, self.depth_mm
         roof, valley = floor + self.channel_mm, self.valley_mm
         bellows = self.bellows_intervals()
-        chambers = [
-            (start + chamber_wall, end - chamber_wall)
-            for i, (start, end) in enumerate(bellows)
-            for chamber_wall in (self.of(i).wall_mm,)
-        ]
+        chambers = self.insides(bellows)
         ends = (chambers[0][0], chambers[-1][1])
         across = (-self.width_mm / 2, self.width_mm / 2)
         chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
@@ -57,6 +58,7 @@ class Geometry(Section):
         width_mm: outer width along y.
         depth_mm: contact face to crown, along x.
         wall_mm: thickness of the walls around the chambers.
+        pitch_mm: distance from one chamber to the next, of kinds that have one.
     """
 
     role: ClassVar = Role.BODY
@@ -86,6 +88,9 @@ class Geometry(Section):
 
         @property
         def wall_mm(self) -> float: ...
+
+        @property
+        def pitch_mm(self) -> float: ...
 
     @property
     def thinnest_mm(self) -> float:
@@ -136,6 +141,20 @@ class Geometry(Section):
     def alike(self) -> Self:
         """Dimensions of a finger all of whose chambers have the shared ones."""
         return self
+
+    def longer_mm(self) -> list[float]:
+        """By how much the pitches before each chamber, and of all, exceed the shared one."""
+        excess_mm = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.count()[1]))
+        return list(accumulate(excess_mm, initial=0.0))
+
+    def insides(self, outer: Sequence[Interval]) -> list[Interval]:
+        """Extents along z (mm) of chambers within their own walls.
+
+        Args:
+            outer: extents of the chambers with their walls.
+        """
+        walls = [self.of(i).wall_mm for i in range(len(outer))]
+        return [(start + wall, end - wall) for (start, end), wall in zip(outer, walls, strict=True)]
 
     def sections(self) -> list[tuple[Interval, Self]]:
         """Stretches along z (mm) with one cross-section each, from the clamp, and its dimensions.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import ClassVar, Self
 
 from pydantic import Field
@@ -63,15 +63,9 @@ class Pneunet(Geometry):
     @property
     def length_mm(self) -> float:
         """Clamp to tip, along z."""
-        chambers = self.chambers * self.pitch_mm - self.gap_mm + self._longer_mm[-1]
+        chambers = self.chambers * self.pitch_mm - self.gap_mm + self.longer_mm()[-1]
         chambers += self.gap_mm - self.of(self.chambers - 1).gap_mm
         return self.clamp_block_mm + chambers + self.tip_mm
-
-    @property
-    def _longer_mm(self) -> list[float]:
-        """By how much the pitches before each chamber, and of all, exceed the shared one."""
-        excess_mm = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.chambers))
-        return list(accumulate(excess_mm, initial=0.0))
 
     @property
     def thinnest_mm(self) -> float:
@@ -86,7 +80,7 @@ class Pneunet(Geometry):
     def chamber_intervals(self) -> list[Interval]:
         """Outer extent along z (mm) of each chamber with its walls."""
         intervals = []
-        for i, longer in enumerate(self._longer_mm[:-1]):
+        for i, longer in enumerate(self.longer_mm()[:-1]):
             start, chamber = self.clamp_block_mm + i * self.pitch_mm + longer, self.of(i)
             intervals.append((start, start + chamber.chamber_length_mm + 2 * chamber.wall_mm))
         return intervals
@@ -115,11 +109,7 @@ class Pneunet(Geometry):
         floor, depth = self.floor_mm, self.depth_mm
         roof, valley = floor + self.chamber_height_mm, self.valley_mm
         outer = self.chamber_intervals()
-        inner = [
-            (start + wall, end - wall)
-            for i, (start, end) in enumerate(outer)
-            for wall in (self.of(i).wall_mm,)
-        ]
+        inner = self.insides(outer)
         gaps = [(before[1], after[0]) for before, after in pairwise(outer)]
         across = (-self.width_mm / 2, self.width_mm / 2)
         chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)

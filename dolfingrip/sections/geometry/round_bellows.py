@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from itertools import accumulate
 from typing import ClassVar
 
 from pydantic import Field
@@ -41,13 +40,7 @@ class RoundBellows(Geometry):
     @property
     def length_mm(self) -> float:
         """Clamp to tip, along z."""
-        return 2 * self.block_mm + self.convolutions * self.pitch_mm + self._longer_mm[-1]
-
-    @property
-    def _longer_mm(self) -> list[float]:
-        """By how much the pitches before each convolution, and of all, exceed the shared one."""
-        excess_mm = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.convolutions))
-        return list(accumulate(excess_mm, initial=0.0))
+        return 2 * self.block_mm + self.convolutions * self.pitch_mm + self.longer_mm()[-1]
 
     @property
     def width_mm(self) -> float:
@@ -75,7 +68,7 @@ class RoundBellows(Geometry):
     def crowns(self) -> list[Interval]:
         """Outer extent along z (mm) of each convolution."""
         intervals = []
-        for i, longer in enumerate(self._longer_mm[:-1]):
+        for i, longer in enumerate(self.longer_mm()[:-1]):
             convolution = self.of(i)
             start = self.block_mm + i * self.pitch_mm + longer + convolution.gap_mm / 2
             intervals.append((start, start + convolution.pitch_mm - convolution.gap_mm))
