@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import os
 import types
+import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from importlib.util import find_spec
@@ -228,6 +229,15 @@ def _without_none(kind: Any) -> Any:
     return kind
 
 
+@typing.dataclass_transform(kw_only_default=True, frozen_default=True)
+class CommandSettings:
+    """The settings of a command: each class below this one is a frozen dataclass."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        dataclass(frozen=True, kw_only=True)(cls)
+
+
 def settings_of(kind: type) -> list[Setting]:
     """Return the settings that the fields of a dataclass describe, those of its bases last.
 
@@ -246,14 +256,18 @@ def settings_of(kind: type) -> list[Setting]:
     ]
 
 
-def _untyped(help_option: Any) -> Any:
-    """Show no type of ``--help``, which takes no value."""
-    if help_option is not None:
-        help_option.metavar = ""
-    return help_option
+class _UntypedHelp:
+    """Shows no type of ``--help``, which takes no value."""
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """The option ``--help``."""
+        help_option = super().get_help_option(ctx)  # type: ignore[misc]
+        if help_option is not None:
+            help_option.metavar = ""
+        return help_option
 
 
-class Command(TyperCommand):
+class Command(_UntypedHelp, TyperCommand):
     """A command without commands of its own."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
@@ -262,17 +276,9 @@ class Command(TyperCommand):
             if isinstance(parameter, TyperArgument):  # its name says what it is
                 parameter.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
 
-    def get_help_option(self, ctx: Any) -> Any:
-        """The option ``--help``."""
-        return _untyped(super().get_help_option(ctx))
 
-
-class Group(TyperGroup):
+class Group(_UntypedHelp, TyperGroup):
     """A command with commands of its own."""
-
-    def get_help_option(self, ctx: Any) -> Any:
-        """The option ``--help``."""
-        return _untyped(super().get_help_option(ctx))
 
 
 @dataclass(frozen=True)

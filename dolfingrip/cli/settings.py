@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import MISSING, dataclass, make_dataclass
+from dataclasses import MISSING
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
 from dolfingrip.channels import Colour
-from dolfingrip.cli.command import NOTHING, SHOWN, argument, option
+from dolfingrip.cli.command import NOTHING, SHOWN, CommandSettings, argument, option
 from dolfingrip.experiments.experiment import Experiment, Option
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
@@ -134,15 +134,13 @@ _effects = partial(
 _surrogate = partial(argument, help="Folder of the surrogate.", metavar="SURROGATE")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ConfiguredSettings:
+class ConfiguredSettings(CommandSettings):
     """The settings of commands that begin with a configuration."""
 
     config: Path | None = _configfile(None)
     overrides: Mapping[str, Any] = _changes(NOTHING)
 
 
-@dataclass(frozen=True, kw_only=True)
 class DemoSettings(ConfiguredSettings):
     """Run both experiments on the reference finger and a small design loop, write a report.
 
@@ -153,7 +151,6 @@ class DemoSettings(ConfiguredSettings):
     loop: bool = option(True, "Run the small design loop, too.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class RunSettings(ConfiguredSettings):
     """Run one experiment; :func:`of_experiment` adds the experiment's own options."""
 
@@ -213,20 +210,17 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
         "bands": experiment.gradients, "uncertain": experiment.gradients,
         "protocol": experiment.protocol, "specimen": experiment.protocol,
     }  # fmt: skip
-    return make_dataclass(
-        f"{type(experiment).__name__}Settings",
-        [
-            ("out", Path, _out(Path("out") / experiment.command)),
-            *map(_field, experiment.options),
-        ],
-        bases=(RunSettings,),
-        namespace={
-            "experiment": experiment,
-            "not_offered": {name for name, offered in absent.items() if not offered},
-        },
-        frozen=True,
-        kw_only=True,
-    )
+    fields = [
+        ("out", Path, _out(Path("out") / experiment.command)),
+        *map(_field, experiment.options),
+    ]
+    namespace = {
+        "__annotations__": {name: kind for name, kind, _ in fields},
+        **{name: default for name, _, default in fields},
+        "experiment": experiment,
+        "not_offered": {name for name, offered in absent.items() if not offered},
+    }
+    return type(f"{type(experiment).__name__}Settings", (RunSettings,), namespace)
 
 
 def _field(declared: Option) -> tuple[str, Any, Any]:
@@ -239,7 +233,6 @@ def _field(declared: Option) -> tuple[str, Any, Any]:
     return declared.name, kind, option(default, declared.help, declared.flag, key=declared.key)
 
 
-@dataclass(frozen=True, kw_only=True)
 class PickupSettings(ConfiguredSettings):
     """Find the least pressure that picks food up, by grasps at multiples of --resolution.
 
@@ -264,7 +257,6 @@ class PickupSettings(ConfiguredSettings):
     preset: str | None = _preset(None)
 
 
-@dataclass(frozen=True, kw_only=True)
 class FrictionSettings(ConfiguredSettings):
     """Calibrate friction from the least pressure that picks food up: μ and its interval.
 
@@ -288,7 +280,6 @@ class FrictionSettings(ConfiguredSettings):
     preset: str | None = _preset(None)
 
 
-@dataclass(frozen=True, kw_only=True)
 class SupplySettings(ConfiguredSettings):
     """Find the commands of a supply of air with which a finger follows a curve.
 
@@ -314,8 +305,7 @@ class SupplySettings(ConfiguredSettings):
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class AdoptSettings:
+class AdoptSettings(CommandSettings):
     """Turn your own geometry into a finger: mesh, configuration and a picture.
 
     It takes closed shells inside, or hollows with an opening, for cavities, a plane face at an
@@ -360,7 +350,6 @@ class AdoptSettings:
     unit: Literal["mm", "cm", "in", "m"] = option("mm", "Unit of length in the file.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class MeshSettings(ConfiguredSettings):
     """Mesh the finger: .msh, VTK and Abaqus .inp.
 
@@ -374,7 +363,6 @@ class MeshSettings(ConfiguredSettings):
     out: Path = _out(Path("out/mesh"))
 
 
-@dataclass(frozen=True, kw_only=True)
 class ExportSettings(ConfiguredSettings):
     """Write a design for a printer, for CAD or another simulator, as a configuration, or its mould.
 
@@ -395,7 +383,6 @@ class ExportSettings(ConfiguredSettings):
     plate: bool = option(False, "Put the force sensor's plate before the tip in a deck (.inp).")
 
 
-@dataclass(frozen=True, kw_only=True)
 class RobotSettings(ConfiguredSettings):
     """Write the finger for robot simulators: a chain of links that runs in real time.
 
@@ -419,7 +406,6 @@ class RobotSettings(ConfiguredSettings):
     workers: int = _workers(1)
 
 
-@dataclass(frozen=True, kw_only=True)
 class MorphSettings(ConfiguredSettings):
     """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it.
 
@@ -434,7 +420,6 @@ class MorphSettings(ConfiguredSettings):
     inverse: bool = option(False, "Undo this morph instead.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class ConfigSettings(ConfiguredSettings):
     """Print the resolved configuration, each key with its meaning.
 
@@ -442,16 +427,14 @@ class ConfigSettings(ConfiguredSettings):
     """
 
 
-@dataclass(frozen=True, kw_only=True)
-class DoctorSettings:
+class DoctorSettings(CommandSettings):
     """Say what this machine has of what the commands need, and what is missing.
 
     Example: dolfingrip doctor
     """
 
 
-@dataclass(frozen=True, kw_only=True)
-class ColumnsSettings:
+class ColumnsSettings(CommandSettings):
     """Say what each column of an experiment's result.csv means.
 
     Example: dolfingrip columns grasp
@@ -461,8 +444,7 @@ class ColumnsSettings:
     markdown: bool = option(False, "Print a page of Markdown.")
 
 
-@dataclass(frozen=True, kw_only=True)
-class EffectSettings:
+class EffectSettings(CommandSettings):
     """List the effects that can be switched on, with their parameters and priors.
 
     Example: dolfingrip extensions mullins
@@ -471,7 +453,6 @@ class EffectSettings:
     name: str | None = argument(None, "Effect to read all about; default: a line on each.", "NAME")
 
 
-@dataclass(frozen=True, kw_only=True)
 class SyntheticSettings(ConfiguredSettings):
     """Write a synthetic measurement with hidden effects, nuisances and noise.
 
@@ -497,8 +478,7 @@ class SyntheticSettings(ConfiguredSettings):
     specimen: str | None = _specimen(None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImportSettings:
+class ImportSettings(CommandSettings):
     """Turn a table as laboratories have it into the two files of the format of measured data.
 
     It reads CSV, TSV, text, XLSX and MAT files of any separator, decimal sign and encoding, and
@@ -553,7 +533,6 @@ class ImportSettings:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
 class TrackSettings(ConfiguredSettings):
     """Read angles and places from a video or pictures, with errors, for ``diagnose``.
 
@@ -625,7 +604,6 @@ class TrackSettings(ConfiguredSettings):
     overlay: bool = option(True, "Write overlay and doubtful frames.", "--overlay/--no-overlay")
 
 
-@dataclass(frozen=True, kw_only=True)
 class DiagnoseSettings(ConfiguredSettings):
     """Find out what the simulation gets wrong about measured data, and why.
 
@@ -643,7 +621,6 @@ class DiagnoseSettings(ConfiguredSettings):
     quick: bool = option(False, "Try each effect alone, and leave out what takes longer.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class PlanExperimentSettings(ConfiguredSettings):
     """Find which effects a rig could name, at which strength, and what to add to it.
 
@@ -666,8 +643,7 @@ class PlanExperimentSettings(ConfiguredSettings):
     quick: bool = option(False, "Judge only additions that need no further simulations.")
 
 
-@dataclass(frozen=True, kw_only=True)
-class PredictSettings:
+class PredictSettings(CommandSettings):
     """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals.
 
     Example: dolfingrip predict --from fitted.toml --pressures 20,40,60
@@ -682,8 +658,7 @@ class PredictSettings:
     csv: Path | None = option(None, "Table to write; default: prediction.csv in --out.")
 
 
-@dataclass(frozen=True, kw_only=True)
-class DesignSettings:
+class DesignSettings(CommandSettings):
     """Find the best design by gradients: each step is accepted on finite elements.
 
     A run that was stopped goes on from OUT/simulations. OUT then holds design.json, design.toml
@@ -702,7 +677,6 @@ class DesignSettings:
     fields: bool = option(True, "Run start and result once more, with fields, for a report.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class DoeSettings(ConfiguredSettings):
     """Design of experiments: compute every design that is missing in a campaign.
 
@@ -741,8 +715,7 @@ class DoeSettings(ConfiguredSettings):
     parameters: str | None = _parameters(None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class DoeExportSettings:
+class DoeExportSettings(CommandSettings):
     """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv.
 
     Example: dolfingrip doe export --out out/doe
@@ -753,8 +726,7 @@ class DoeExportSettings:
     parquet: Path | None = option(None, "Parquet file to write; default: designs.parquet in --out.")
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrainSettings:
+class TrainSettings(CommandSettings):
     """Train a neural network on the designs of a campaign.
 
     Example: dolfingrip train out/doe --out out/surrogate
@@ -772,8 +744,7 @@ class TrainSettings:
     seed: int = option(0, "Seed of the split and of the first weights.", least=0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class TradeOffSettings:
+class TradeOffSettings(CommandSettings):
     """The two outputs of a surrogate that are traded off."""
 
     against: str | None = option(None, "Output that is limited; default: the first one.")
@@ -783,7 +754,6 @@ class TradeOffSettings:
     minimise: str | None = option(None, "Output that is improved and of which less is better.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
     """Find the Pareto front of two outputs by NSGA-II, choose by a limit, compute the choice again.
 
@@ -811,7 +781,6 @@ class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
     )
 
 
-@dataclass(frozen=True, kw_only=True)
 class StudySettings(TradeOffSettings):
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds.
 
@@ -834,7 +803,6 @@ class StudySettings(TradeOffSettings):
     processes: int | None = option(None, "Processes at a time; default: all cores.", least=1)
 
 
-@dataclass(frozen=True, kw_only=True)
 class ReproduceSettings(ConfiguredSettings):
     """Run doe, train, optimise and study as a file says, and compare with published designs.
 
@@ -853,8 +821,7 @@ class ReproduceSettings(ConfiguredSettings):
     study: bool = option(True, "Try the hyperparameters of NSGA-II, too.")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReportSettings:
+class ReportSettings(CommandSettings):
     """Write results as one HTML page: 3D view, curves, front, checks, provenance.
 
     RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, design,
@@ -871,7 +838,6 @@ class ReportSettings:
     pdf: bool = option(False, "Write the page as PDF, too, by Chromium.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class ExploreSettings(ConfiguredSettings):
     """Explore designs in the browser: sliders, shape, numbers, front, gripper, exports.
 

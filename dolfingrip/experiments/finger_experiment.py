@@ -21,10 +21,8 @@ from dolfingrip.sections.supply import refuse_supply
 from dolfingrip.sections.units import doubted
 
 if TYPE_CHECKING:
-    from dolfingrip.sections.geometry.geometry import Geometry
-
-if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.finger_rig import FingerRig
+    from dolfingrip.sections.geometry.geometry import Geometry
 
 
 NEARLY_INCOMPRESSIBLE = {"P2": (0.49, "locks: the finger is too stiff"),

@@ -76,7 +76,6 @@ class BarrierContact(Term):
         self.title, self.crowded, self.separate = title, crowded, separate
         self.surface = surface
         self.width_mm = width_mm
-        self._stiffness_MPa = stiffness_MPa
         self._size_mm = float(np.linalg.norm(np.ptp(surface.rest, axis=0)))
         self._jitter = _jitter(surface, UNALIGNED)
         self._mesh = _collision_mesh(surface, self._jitter, separate=separate)

@@ -23,6 +23,3 @@ GEOMETRIES: Final[Mapping[str, type[Geometry]]] = {
 }
 
 NAMES: Final = tuple(GEOMETRIES)
-
-TABLES: Final = tuple(geometry.table() for geometry in GEOMETRIES.values())
-"""Tables of the configuration with dimensions, one for each kind."""
