@@ -7,8 +7,9 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from mpi4py import MPI
@@ -30,8 +31,9 @@ from dolfingrip.report import adopted as picture
 from dolfingrip.sections.units import UNITS_MM
 
 
-class Meshing:
-    """A context that says what is meshed and since when, and ends the process after a limit.
+@contextmanager
+def told_meshing(screen: Screen, part: Path, limit_s: float) -> Iterator[Callable[[str], None]]:
+    """Say what is meshed and since when, and end the process after a limit.
 
     The library cannot be interrupted, so the process ends. Nothing is written before.
 
@@ -39,56 +41,42 @@ class Meshing:
         screen: a terminal has a line that changes; else there is a line every ``EVERY_S`` seconds.
         part: the file.
         limit_s: time after which one line says what to change, and the exit code is 2.
+
+    Yields:
+        What is called with words on what is meshed.
     """
+    said, ended, status = "the part is read", threading.Event(), screen.status("meshing")
 
-    def __init__(self, screen: Screen, part: Path, limit_s: float) -> None:
-        self._screen, self._part, self._limit_s = screen, part, limit_s
-        self._said = "the part is read"
-        self._ended = threading.Event()
-        self._status = screen.status("meshing")
-        self._thread = threading.Thread(target=self._watch, daemon=True)
+    def tell(words: str) -> None:
+        nonlocal said
+        said = words
+        status.update(Text(f"meshing: {words}"))  # names in it are no markup
 
-    def tell(self, said: str) -> None:
-        """Say what is meshed."""
-        self._said = said
-        self._status.update(Text(f"meshing: {said}"))  # names in it are no markup
-
-    def __enter__(self) -> Meshing:
-        """Start."""
-        self._status.start()
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
-        """End."""
-        self._ended.set()
-        self._status.stop()
-        self._thread.join()
-
-    def _watch(self) -> None:
-        start = time.monotonic()
-        while True:
-            left = self._limit_s - (time.monotonic() - start)
-            if self._ended.wait(min(EVERY_S, max(left, 0.0))):
+    def watch() -> None:
+        start, passed = time.monotonic(), 0.0
+        while passed < limit_s:
+            if ended.wait(min(EVERY_S, limit_s - passed)):
                 return
             passed = time.monotonic() - start
-            if passed >= self._limit_s:
-                break
-            if not self._screen.is_terminal:
-                self._screen.say(f"meshing, {passed:.0f} s: {self._said}")
-        self._status.stop()
+            if passed < limit_s and not screen.is_terminal:
+                screen.say(f"meshing, {passed:.0f} s: {said}")
+        status.stop()
         sys.stdout.flush()
         sys.stderr.write(
-            f"dolfingrip: {self._part}: no mesh after {self._limit_s:g} s: {self._said}; allowed: "
-            "another --size-mm, a longer --limit-s, or thicker walls\n"
+            f"dolfingrip: {part}: no mesh after {limit_s:g} s: {said}; allowed: another --size-mm, "
+            "a longer --limit-s, or thicker walls\n"
         )
         sys.stderr.flush()
         os._exit(2)
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        with status:
+            yield tell
+    finally:
+        ended.set()
+        thread.join()
 
 
 NAME = "adopted"
@@ -119,11 +107,11 @@ def adopt(args: AdoptSettings) -> None:
 
     def work() -> None:
 
-        with Meshing(screen, args.part, args.limit_s) as meshing:
+        with told_meshing(screen, args.part, args.limit_s) as tell:
             part = make(
                 args.part,
                 roles,
-                MeshRequest(args.size_mm, args.order, args.cap_mm, meshing.tell),
+                MeshRequest(args.size_mm, args.order, args.cap_mm, tell),
                 UNITS_MM[args.unit],
             )
         files.write(args.out / f"{NAME}.msh", part.mesh)

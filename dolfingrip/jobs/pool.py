@@ -6,7 +6,6 @@ import logging
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack
 from queue import SimpleQueue
-from types import TracebackType
 from typing import Any
 
 from dolfingrip.files.whole import WriteError
@@ -50,15 +49,10 @@ class Pool:
     def __enter__(self) -> Pool:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *ending: Any) -> None:
         self._client = None
         try:
-            self._stack.__exit__(kind, error, trace)
+            self._stack.__exit__(*ending)
         except Exception as closing:  # all answers are kept by now
             _LOG.warning("workers did not close: %s: %s", type(closing).__name__, closing)
 
