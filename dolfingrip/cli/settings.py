@@ -123,6 +123,10 @@ _specimen = partial(option, help="Follow this specimen of the CSV of --protocol.
 _food = partial(option, help="Food that is grasped.", key="food.kind")
 _pose = partial(option, help="How fingers are turned.", key="gripper.pose")
 _preset = partial(option, help="Fineness of the fingers' mesh.", key="gripper.preset")
+_pressure = partial(option, measured_in="kPa", above=0, most=LARGEST_PRESSURE_KPA)
+_length = partial(option, measured_in="mm", above=0)
+_rate = partial(option, measured_in="Hz", above=0)
+_percent = partial(option, measured_in="%", above=0)
 _resolution = partial(
     option, help="Distance between the pressures that are tried.", measured_in="kPa", above=0
 )
@@ -247,13 +251,7 @@ class PickupSettings(ConfiguredSettings):
     friction: float | None = option(None, "Friction of fingers on food.", key="food.friction")
     resolution: float = _resolution(5.0)
     start: float = option(150.0, "Pressure of the first grasp.", measured_in="kPa", above=0)
-    highest: float = option(
-        HIGHEST_KPA,
-        "Highest pressure that is tried.",
-        measured_in="kPa",
-        above=0,
-        most=LARGEST_PRESSURE_KPA,
-    )
+    highest: float = _pressure(HIGHEST_KPA, "Highest pressure that is tried.")
     preset: str | None = _preset(None)
 
 
@@ -265,13 +263,7 @@ class FrictionSettings(ConfiguredSettings):
     Example: dolfingrip friction --pickup-pressure 80 --food cube
     """
 
-    pickup_pressure: float = option(
-        MISSING,
-        "Least pressure that picks up, as measured.",
-        measured_in="kPa",
-        above=0,
-        most=LARGEST_PRESSURE_KPA,
-    )
+    pickup_pressure: float = _pressure(MISSING, "Least pressure that picks up, as measured.")
     out: Path = _out(Path("out/friction"))
     food: str | None = _food(None)
     pose: str | None = _pose(None)
@@ -296,12 +288,8 @@ class SupplySettings(ConfiguredSettings):
     every_s: float | None = option(
         None, "Length of a step; default: a 200th of the curve.", "--every", above=0
     )
-    regulator: float | None = option(
-        None,
-        "Highest set point of an ideal source; default: the highest pressure of the curve.",
-        measured_in="kPa",
-        above=0,
-        most=LARGEST_PRESSURE_KPA,
+    regulator: float | None = _pressure(
+        None, "Highest set point of an ideal source; default: the highest pressure of the curve."
     )
 
 
@@ -397,12 +385,10 @@ class RobotSettings(ConfiguredSettings):
     out: Path = _out(Path("out/robot"))
     angle_error_deg: float | None = option(None, "Largest error of the tip's angle.", above=0)
     path_error_mm: float | None = option(None, "Largest error of the tip's path, rms.", above=0)
-    force_error_percent: float | None = option(
-        None, "Largest error of a plate's force, by the largest force.", measured_in="%", above=0
+    force_error_percent: float | None = _percent(
+        None, "Largest error of a plate's force, by the largest force."
     )
-    stiffness_error_percent: float | None = option(
-        None, "Largest error of the tip's stiffness.", measured_in="%", above=0
-    )
+    stiffness_error_percent: float | None = _percent(None, "Largest error of the tip's stiffness.")
     workers: int = _workers(1)
 
 
@@ -512,16 +498,12 @@ class ImportSettings(CommandSettings):
     withdraws: bool | None = option(
         None, "A pump withdraws where its counter is at 0 again.", "--withdraws/--no-withdraws"
     )
-    gauge_length: float | None = option(
-        None, "Length of a coupon between the grips.", measured_in="mm", above=0
-    )
+    gauge_length: float | None = _length(None, "Length of a coupon between the grips.")
     area: float | None = option(None, "Cross-section of a coupon.", measured_in="mm²", above=0)
     mode: Literal["uniaxial", "planar", "equibiaxial", "compression"] | None = option(
         None, "How a coupon is loaded; default: uniaxial."
     )
-    frame_rate: float | None = option(
-        None, "Pictures per second, where a column counts frames.", measured_in="Hz", above=0
-    )
+    frame_rate: float | None = _rate(None, "Pictures per second, where a column counts frames.")
     side_by_side: bool = option(False, "Columns of one quantity are those of several specimens.")
     rate: float | None = option(
         None, "Rate of ramps; of a coupon mm/s.", measured_in="kPa/s", above=0
@@ -576,20 +558,16 @@ class TrackSettings(ConfiguredSettings):
     unit: Literal["px", "mm", "cm", "m", "in"] | None = option(
         None, "Unit of another program's points, where its file tells none."
     )
-    frame_rate: float | None = option(
-        None, "Frames per second of such a file.", measured_in="Hz", above=0
-    )
+    frame_rate: float | None = _rate(None, "Frames per second of such a file.")
     tags: Literal["4x4", "5x5", "6x6", "36h11", "25h9", "16h5"] | None = option(
         None, "Follow ArUco or AprilTag tags."
     )
-    tag_side: float | None = option(None, "Side of a tag.", measured_in="mm", above=0)
+    tag_side: float | None = _length(None, "Side of a tag.")
     fingers: int = option(1, "Number of fingers side by side.", least=1, most=20)
     clamp: str | None = option(
         None, "Where the clamp holds the back: 'X,Y' (px), or the name of a point in a file."
     )
-    first: float | None = option(
-        None, "Distance from the clamp to the first point, as a scale.", measured_in="mm", above=0
-    )
+    first: float | None = _length(None, "Distance from the clamp to the first point, as a scale.")
     side: Literal["left", "right"] | None = option(
         None, "Side to which it bends in the picture, clamp above; default: by its motion."
     )

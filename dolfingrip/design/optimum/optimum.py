@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +22,7 @@ from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, Sur
 from dolfingrip.files.surrogate import PREFIX
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.run import Progress, silent
-from dolfingrip.version import __version__
+from dolfingrip.version import versions_of
 
 Outputs = dict[str, float]
 
@@ -98,11 +96,7 @@ def find(
         ),
         limits_below_the_front=tuple(missed),
         designs=(*chosen, *original, *polished),
-        versions={
-            "dolfingrip": __version__,
-            "python": platform.python_version(),
-            **{name: metadata.version(name) for name in ("numpy", "pymoo", "moocore", "torch")},
-        },
+        versions=versions_of("numpy", "pymoo", "moocore", "torch"),
     )
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from importlib import metadata
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -15,7 +13,7 @@ from dolfingrip.design.surrogate.surrogate import Matrix, Surrogate, network
 from dolfingrip.design.surrogate.table import Table
 from dolfingrip.files.surrogate import OutputError, SurrogateFile
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.version import __version__
+from dolfingrip.version import versions_of
 
 if TYPE_CHECKING:
     import torch
@@ -202,11 +200,6 @@ def _judged(
             "failed_designs": table.failed,
             "incomplete_designs": table.incomplete,
             "table_sha256": table.sha256(),
-            "versions": {
-                "dolfingrip": __version__,
-                "python": platform.python_version(),
-                "torch": metadata.version("torch"),
-                "numpy": metadata.version("numpy"),
-            },
+            "versions": versions_of("torch", "numpy"),
         }
     )

@@ -6,7 +6,6 @@ import os
 import platform
 import sys
 from collections.abc import Sequence
-from importlib import metadata
 from typing import Any
 
 import basix
@@ -23,26 +22,20 @@ from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.bordered import has_cholesky
 from dolfingrip.mechanics.newton.memory import peak_MB
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.version import __version__
+from dolfingrip.version import versions_of
 
 PACKAGES = ("fenics-ffcx", "fenics-ufl", "gmsh", "ipctk", "meshio", "numpy", "scipy")
 
 
 def versions() -> dict[str, str]:
     """Versions of the software that a run depends on."""
-    versions = {
-        "dolfingrip": __version__,
-        "python": platform.python_version(),
+    return {
+        **versions_of(),
         "dolfinx": dolfinx.__version__,
         "basix": basix.__version__,
         "petsc4py": petsc4py.__version__,
+        **versions_of(*PACKAGES),
     }
-    for name in PACKAGES:
-        try:
-            versions[name.removeprefix("fenics-")] = metadata.version(name)
-        except metadata.PackageNotFoundError:  # a Debian package without metadata
-            versions[name.removeprefix("fenics-")] = "unknown"
-    return versions
 
 
 def run_file(config: Config, experiment: str, **facts: Any) -> RunFile:

@@ -48,10 +48,8 @@ class LineAngle(Reading):
         x, _, z = self._arm()
         return angle_deg(x, z)
 
-    def gradient(self) -> np.ndarray:
-        gradient = Gradient(self.model.unknowns)
+    def add_gradient(self, gradient: Gradient) -> None:
         gradient.at_nodes[:, [0, 2]] += self._slopes()
-        return gradient.array
 
     def _slopes(self) -> np.ndarray:
         """(n, 2) derivatives by x and z of this rank's owned nodes, at rest or displaced."""

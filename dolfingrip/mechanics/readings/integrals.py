@@ -52,13 +52,11 @@ class OfIntegrals(Reading):
 
     # -- derivatives -----------------------------------------------------------------------------
 
-    def gradient(self) -> np.ndarray:
+    def add_gradient(self, gradient: Gradient) -> None:
         self._weigh()
-        gradient = Gradient(self.model.unknowns)
         gradient.fields[0][:] = owned_vector(self._by_displacement)
         for unknown in self.model.unknowns.global_unknowns:
             gradient.add(unknown, self._to_constant(unknown.constant))
-        return gradient.array
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         self._weigh()

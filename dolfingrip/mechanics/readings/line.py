@@ -201,12 +201,10 @@ class OfLine(Reading):
     def value(self) -> float:
         return self._function(self._line.at(self._shares).points)[0]
 
-    def gradient(self) -> np.ndarray:
+    def add_gradient(self, gradient: Gradient) -> None:
         here = self._line.at(self._shares)
-        gradient = Gradient(self.model.unknowns)
         by_nodes = self._line.own(here.weights.T @ self._function(here.points)[1])
         gradient.at_nodes[np.ix_(self._line.rows, PLANE)] += by_nodes
-        return gradient.array
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add derivatives by nodes' places at rest, at which places on the line are fixed."""

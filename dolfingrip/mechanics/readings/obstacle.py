@@ -142,11 +142,10 @@ class OnObstacle(Reading):
         forces += (by_lift * near.areas * pressure)[:, None] * turning
         return near.rows, densities, forces
 
-    def gradient(self) -> np.ndarray:
-        gradient, points = Gradient(self.model.unknowns), self._contact.points
+    def add_gradient(self, gradient: Gradient) -> None:
+        points = self._contact.points
         rows, _, forces = self._by_points()
         gradient.at_nodes[points.nodes[rows]] += points.to_reference(forces, rows)
-        return gradient.array
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         rows, densities, forces = self._by_points()

@@ -23,14 +23,12 @@ class PlateForce(Reading):
     def value(self) -> float:
         return self._plate.force_N()
 
-    def gradient(self) -> np.ndarray:
-        gradient, plate = Gradient(self.model.unknowns), self._plate
-        dofs, copies = self.model.u.x.array, self.model.domain.copies
+    def add_gradient(self, gradient: Gradient) -> None:
+        plate, dofs, copies = self._plate, self.model.u.x.array, self.model.domain.copies
         gradient.at_nodes[:] = copies * plate.pose_rate(dofs, plate.motion)
         by_pose = self.model.comm.allreduce(plate.motion @ plate.pose_curvature(dofs), MPI.SUM)
         for unknown in self.model.unknowns.global_unknowns:
             gradient.add(unknown, copies * float(by_pose @ plate.pose.rate(unknown.constant)))
-        return gradient.array
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         plate, copies = self._plate, float(self.model.domain.copies)
@@ -59,11 +57,9 @@ class PlatePlace(Reading):
         normals = np.tile(self._plate.normal / max(count, 1), (len(rows), 1))
         return points.nodes[rows], points.to_reference(normals, rows)
 
-    def gradient(self) -> np.ndarray:
-        gradient = Gradient(self.model.unknowns)
+    def add_gradient(self, gradient: Gradient) -> None:
         nodes, shares = self._shares()
         gradient.at_nodes[nodes] += shares
-        return gradient.array
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         nodes, shares = self._shares()

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
 from dolfingrip.channels import TIME
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
@@ -41,13 +39,11 @@ class ControlValue(Reading):
     def value(self) -> float:
         return float(self._control.value)
 
-    def gradient(self) -> np.ndarray:
-        gradient = Gradient(self.model.unknowns)
+    def add_gradient(self, gradient: Gradient) -> None:
         unknown = self._unknown()
         if unknown is not None:
             assert isinstance(self._control, Control)
             gradient.add(unknown, 1 / self._control.factor)
-        return gradient.array
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add nothing."""
@@ -64,8 +60,8 @@ class Time(Reading):
     def value(self) -> float:
         return self.model.time_s
 
-    def gradient(self) -> np.ndarray:
-        return Gradient(self.model.unknowns).array
+    def add_gradient(self, gradient: Gradient) -> None:
+        """It depends on none."""
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         """Add nothing."""

@@ -15,6 +15,7 @@ from dolfingrip.channels import Part, read_of
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
+from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.sections.lookup import only_class
 
 
@@ -53,6 +54,16 @@ class Reading(ABC):
         """∂g/∂x: derivatives by this rank's owned unknowns, in the order of their vector.
 
         Rows of supported unknowns are included; callers that solve with the tangent leave them out.
+
+        Raises:
+            NotDifferentiable: the reading has no derivative.
+        """
+        gradient = Gradient(self.model.unknowns)
+        self.add_gradient(gradient)
+        return gradient.array
+
+    def add_gradient(self, gradient: Gradient) -> None:
+        """Add ∂g/∂x to the derivatives by this rank's owned unknowns.
 
         Raises:
             NotDifferentiable: the reading has no derivative.

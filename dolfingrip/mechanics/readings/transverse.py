@@ -44,12 +44,10 @@ class TransverseStrain(Reading):
     def value(self) -> float:
         return self._apart(self.model.u.x.array.reshape(-1, 3)) / self._width_mm()
 
-    def gradient(self) -> np.ndarray:
-        gradient = Gradient(self.model.unknowns)
+    def add_gradient(self, gradient: Gradient) -> None:
         width_mm = self._width_mm()
         for sign, nodes, count in self._weights():
             gradient.at_nodes[nodes, AXIS] += sign / (count * width_mm)
-        return gradient.array
 
 
 def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:
