@@ -147,7 +147,7 @@ def filmed(
     if len(rows) < 2:
         return list(moments)
     lasts_s = seconds or float(np.clip(np.ptp(time_s), *FILM_S))
-    at = np.linspace(time_s[0], time_s[-1], video.frame_count(lasts_s) + 1)
+    at = np.linspace(time_s[0], time_s[-1], video.POLICY.frames(lasts_s) + 1)
 
     def between(values: Sequence[Any]) -> Floats:
         kept = np.array([values[row] for row in rows], dtype=float)

@@ -97,7 +97,7 @@ class Pictures:
                 drawn[place] = image
                 yield drawn
 
-        frames = video.titled(around_each(), self.labels, video.LARGE_PX)
+        frames = video.titled(around_each(), self.labels, video.POLICY.large_px)
         return video.write(stem, frames)
 
     def _save(self, images: Sequence[Image], labels: Sequence[str], file: Path) -> Path:
@@ -191,7 +191,7 @@ def draw_video(
     rows = np.arange(len(time_s), dtype=float)
     over = time_s if (np.diff(time_s) > 0).all() else rows
     own_s = float(np.ptp(time_s)) if TIME in channels and over is time_s else None
-    at = np.linspace(over[0], over[-1], video.frame_count(seconds or own_s))
+    at = np.linspace(over[0], over[-1], video.POLICY.frames(seconds or own_s))
 
     def between(values: Sequence[Any]) -> list[Any]:
         if len(rows) == 1:
@@ -205,7 +205,7 @@ def draw_video(
     ]
     if seconds and own_s and (slower := round(seconds / own_s, 1)) != 1:
         labels = [f"{label} ({slower:g} times slower)" for label in labels]
-    height_px = video.HEIGHT_PX
+    height_px = video.POLICY.height_px
     return _drawn(
         files[: len(rows)], labels, colour_by, shown=shown, beside=beside,
         height_px=height_px, between=between, turn_deg=turn_deg,

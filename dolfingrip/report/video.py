@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from importlib.util import find_spec
 from io import BytesIO
@@ -24,39 +25,42 @@ from dolfingrip.report.scene import Image
 _LOG = logging.getLogger(__name__)
 
 
-FRAME_MS: Final = 40
-"""Time for which a picture is shown."""
+@dataclass(frozen=True, slots=True)
+class VideoPolicy:
+    """How long a video is and how it looks.
 
-SECONDS: Final = 10.0
-"""Length of a video where none is asked for."""
-
-HEIGHT_PX: Final = 880
-"""Height of the shapes in a video."""
-
-LABEL_PX: Final = 26
-"""Height of the letters above a picture."""
-
-LARGE_PX: Final = 40
-"""Height of the letters above a picture with scales."""
-
-GIF_BYTES: Final = 3_000_000
-"""Size of a GIF above which every second picture is left out."""
-
-
-def frame_count(seconds: float | None = None) -> int:
-    """Return the number of pictures in a video.
-
-    Args:
-        seconds: its length; None: :data:`SECONDS`.
+    Attributes:
+        frame_ms: time for which a picture is shown.
+        seconds: length of a video where none is asked for.
+        height_px: height of the shapes in a video.
+        label_px: height of the letters above a picture.
+        large_px: height of the letters above a picture with scales.
+        gif_bytes: size of a GIF above which every second picture is left out.
     """
-    return round(1000 * (seconds or SECONDS) / FRAME_MS)
 
+    frame_ms: int = 40
+    seconds: float = 10.0
+    height_px: int = 880
+    label_px: int = 26
+    large_px: int = 40
+    gif_bytes: int = 3_000_000
+
+    def frames(self, seconds: float | None = None) -> int:
+        """Return the number of pictures in a video.
+
+        Args:
+            seconds: its length; None: ``seconds`` of the policy.
+        """
+        return round(1000 * (seconds or self.seconds) / self.frame_ms)
+
+
+POLICY: Final = VideoPolicy()
 
 FIGURE_SPACE: Final = "\u2007"
 """A space as wide as a digit."""
 
 
-def write(stem: Path, images: Sequence[Image]) -> list[Path]:
+def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) -> list[Path]:
     """Write pictures as a GIF of half their size, and as an MP4 in H.264.
 
     The GIF has fewer pictures, each shown for longer, where it would be too large to send.
@@ -64,6 +68,7 @@ def write(stem: Path, images: Sequence[Image]) -> list[Path]:
     Args:
         stem: path of the files, without their suffix.
         images: pictures of one size, shape (height, width, 3).
+        frame_ms: time for which each picture is shown.
 
     Returns:
         The files; no MP4 where PyAV is missing, and a warning says so.
@@ -71,15 +76,15 @@ def write(stem: Path, images: Sequence[Image]) -> list[Path]:
     height, width = (length // 2 for length in images[0].shape[:2])
     frames = [Pillow.fromarray(image).resize((width, height)) for image in images]
     moving, shown = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
-    shown_ms, packed = FRAME_MS, _gif(frames, FRAME_MS)
-    while len(packed) > GIF_BYTES and len(frames) > 2:
+    shown_ms, packed = frame_ms, _gif(frames, frame_ms)
+    while len(packed) > POLICY.gif_bytes and len(frames) > 2:
         frames, shown_ms = frames[::2], 2 * shown_ms
         packed = _gif(frames, shown_ms)
     whole.write(moving, packed)
     if find_spec("av") is None:
         _LOG.warning("no %s: pip install av (dolfingrip's extra video)", shown)
         return [moving]
-    with video.growing(shown, Fraction(1000, FRAME_MS), "rgb24") as add:
+    with video.growing(shown, Fraction(1000, frame_ms), "rgb24") as add:
         for image in images:
             add(image)
     return [moving, shown]
@@ -100,7 +105,9 @@ def _gif(frames: Sequence[Pillow.Image], frame_ms: int) -> bytes:
     return content.getvalue()
 
 
-def titled(images: Iterable[Image], texts: Sequence[str], size_px: int = LABEL_PX) -> list[Image]:
+def titled(
+    images: Iterable[Image], texts: Sequence[str], size_px: int = POLICY.label_px
+) -> list[Image]:
     """Set texts above the pictures of a video, in one size and at one place.
 
     Numbers at the same place of the texts take the same width, so that nothing jitters.
@@ -123,7 +130,9 @@ def titled(images: Iterable[Image], texts: Sequence[str], size_px: int = LABEL_P
     return [labelled(i, text, size_px, widest) for i, text in zip(images, still, strict=True)]
 
 
-def labelled(image: Image, text: str, size_px: int = LABEL_PX, widest: str | None = None) -> Image:
+def labelled(
+    image: Image, text: str, size_px: int = POLICY.label_px, widest: str | None = None
+) -> Image:
     """Set a text above a picture, in letters that are as small as the picture requires.
 
     Args:
