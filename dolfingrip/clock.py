@@ -16,21 +16,27 @@ from dolfingrip.sections.errors import ConfigError
 Floats = np.ndarray
 
 
-LAG_S: Final = 0.3
-"""Standard deviation of a finger's own lag, with that of a camera's filter."""
+@dataclass(frozen=True, slots=True)
+class ClockPolicy:
+    """How two clocks are brought together.
 
-LEAST_SHARE: Final = 0.6
-"""Part of the motion that the pressure has to explain."""
+    Attributes:
+        lag_s: standard deviation of a finger's own lag, with that of a camera's filter.
+        least_share: part of the motion that the pressure has to explain.
+        alike: two shifts explain the motion alike if the parts that they leave differ by less than
+            this part of the motion.
+        drift_s: a record that is longer is looked through for drift.
+        overlap: least part of the video that the log has to cover.
+    """
 
-ALIKE: Final = 0.01
-"""Two shifts explain the motion alike if the parts that they leave differ by less than this part of
-the motion."""
+    lag_s: float = 0.3
+    least_share: float = 0.6
+    alike: float = 0.01
+    drift_s: float = 120.0
+    overlap: float = 0.6
 
-DRIFT_S: Final = 120.0
-"""A record that is longer is looked through for drift."""
 
-OVERLAP: Final = 0.6
-"""Least part of the video that the log has to cover."""
+POLICY: Final = ClockPolicy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,20 +89,20 @@ def by_motion(log_s: Floats, control: Floats, time_s: Floats, motion: Floats) ->
             "the finger moves, or --shift SECONDS"
         )
     shift, left, doubt = _best(log_s, control, time_s, motion)
-    if 1 - left < LEAST_SHARE:
+    if 1 - left < POLICY.least_share:
         raise ConfigError(
             f"log: its pressure explains {100 * max(1 - left, 0):.0f} % of the motion at best; "
-            f"allowed: a log of the same test ({100 * LEAST_SHARE:.0f} %), or --shift"
+            f"allowed: a log of the same test ({100 * POLICY.least_share:.0f} %), or --shift"
         )
     rate, long = 1.0, float(np.ptp(time_s))
-    if long > DRIFT_S:
+    if long > POLICY.drift_s:
         halves = np.array_split(np.arange(len(time_s)), 2)
         ends = [_best(log_s, control, time_s[half], motion[half])[0] for half in halves]
         middles = [float(time_s[half].mean()) for half in halves]
         rate = 1 + (ends[1] - ends[0]) / (middles[1] - middles[0])
         shift = ends[0] - (rate - 1) * middles[0]
     step = max(float(np.median(np.diff(log_s))), float(np.median(np.diff(time_s))))
-    return Clock(shift, rate, float(np.hypot(LAG_S, step)), "the motion", doubt)
+    return Clock(shift, rate, float(np.hypot(POLICY.lag_s, step)), "the motion", doubt)
 
 
 def _best(
@@ -104,7 +110,7 @@ def _best(
 ) -> tuple[float, float, str]:
     """The shift, the part of the motion that is left, and a doubt where another is as good."""
     step = min(max(float(np.median(np.diff(log_s))), float(np.median(np.diff(time_s)))), 0.25)
-    room = (1 - OVERLAP) * np.ptp(time_s)
+    room = (1 - POLICY.overlap) * np.ptp(time_s)
     tried = np.arange(log_s[0] - time_s[0] - room, log_s[-1] - time_s[-1] + room + step, step)
     if not len(tried):
         return 0.0, 1.0, ""
@@ -116,7 +122,11 @@ def _best(
     shift, least = float(fine[finest.argmin()]), float(finest.min())
     inner = left[1:-1]
     lows = np.flatnonzero((inner <= left[:-2]) & (inner <= left[2:])) + 1
-    others = [i for i in lows if abs(tried[i] - shift) > 3 * LAG_S and left[i] < least + ALIKE]
+    others = [
+        i
+        for i in lows
+        if abs(tried[i] - shift) > 3 * POLICY.lag_s and left[i] < least + POLICY.alike
+    ]
     doubt = f"a shift of {tried[others[0]]:.2f} s explains the motion as well" if others else ""
     return shift, least, doubt
 
@@ -125,7 +135,7 @@ def _left(log_s: Floats, control: Floats, time_s: Floats, motion: Floats, shift:
     """Part of a motion's variance that a control leaves, at a shift."""
     at = time_s + shift
     inside = (at >= log_s[0]) & (at <= log_s[-1])
-    if inside.mean() < OVERLAP:
+    if inside.mean() < POLICY.overlap:
         return 1.0
     pressure = np.interp(at[inside], log_s, control)
     spread = float(pressure.std())
@@ -159,7 +169,7 @@ def by_events(
     shifts = log_events_s - events_s
     std = float(np.hypot(log_step_s, step_s) / np.sqrt(12 * len(shifts)))
     rate = 1.0
-    if np.ptp(events_s) > DRIFT_S:
+    if np.ptp(events_s) > POLICY.drift_s:
         rate = 1 + float(np.polyfit(events_s, shifts, 1)[0])
     return Clock(float(np.mean(log_events_s - rate * events_s)), rate, std, by)
 

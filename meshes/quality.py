@@ -9,15 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from dolfingrip.meshes import groups
+from dolfingrip.meshes import groups, measures
 from dolfingrip.meshes.cells import FACET_CORNERS
-from dolfingrip.meshes.measures import (
-    dihedral_angles,
-    edge_lengths,
-    enclosed_volume,
-    jacobians,
-    scaled_jacobians,
-)
 from dolfingrip.meshes.solid import (
     ON_PLANE,
     Ints,
@@ -103,7 +96,7 @@ def judge(mesh: SolidMesh, quality: Quality, what_to_do: str) -> tuple[str, ...]
         )
     warnings = []
     if least < POOR:
-        poor = int((scaled_jacobians(mesh) < POOR).sum())
+        poor = int((measures.scaled_jacobians(mesh) < POOR).sum())
         warnings.append(
             f"{poor} of {quality.cells} elements have a scaled Jacobian below {POOR:g}, "
             f"{least:.2g} at least: steps near them may fail; {what_to_do}"
@@ -152,7 +145,7 @@ def check(mesh: SolidMesh) -> Quality:
     missing = [name for name in groups.BODY if not len(mesh.facets.get(name, ()))]
     if missing:
         raise MeshError(groups.missing_message(missing))
-    least = jacobians(mesh).min(axis=1)
+    least = measures.jacobians(mesh).min(axis=1)
     if least.min() <= 0:
         raise MeshError(
             f"mesh: Jacobian of {mesh.shape.name} {least.argmin()} is {least.min():.3g} mm³, "
@@ -165,7 +158,7 @@ def check(mesh: SolidMesh) -> Quality:
     _check_symmetry(mesh)
     closing = closing_mm3(mesh)
     cavities = {
-        name: closing.get(name, 0.0) - enclosed_volume(mesh.points, mesh.facets[name])
+        name: closing.get(name, 0.0) - measures.enclosed_volume(mesh.points, mesh.facets[name])
         for name in hollows
     }
     for name, volume in cavities.items():
@@ -173,18 +166,18 @@ def check(mesh: SolidMesh) -> Quality:
             raise MeshError(
                 f"group {name}: its facets enclose no hollow; allowed: the inner surface"
             )
-    scaled = scaled_jacobians(mesh)
+    scaled = measures.scaled_jacobians(mesh)
     return Quality(
         shape=mesh.shape.plural,
         order=mesh.order,
         points=len(mesh.points),
         cells=len(mesh.cells),
-        volume_mm3=sum(enclosed_volume(mesh.points, f) for f in mesh.facets.values()),
+        volume_mm3=sum(measures.enclosed_volume(mesh.points, f) for f in mesh.facets.values()),
         cavity_mm3=sum(cavities.values()),
         scaled_jacobian_min=float(scaled.min()),
         scaled_jacobian_median=float(np.median(scaled)),
-        dihedral_min_deg=float(np.degrees(dihedral_angles(mesh).min())),
-        edge_min_mm=float(edge_lengths(mesh).min()),
+        dihedral_min_deg=float(np.degrees(measures.dihedral_angles(mesh).min())),
+        edge_min_mm=float(measures.edge_lengths(mesh).min()),
     )
 
 

@@ -14,23 +14,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from dolfingrip.charts import theme
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series, runs
-from dolfingrip.charts.theme import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    ORANGE,
-    PALE,
-    PURPLE,
-    figure_theme,
-    save,
-    tint,
-)
 
 COLOURS: Final = {
-    "blue": BLUE, "orange": ORANGE, "green": GREEN, "purple": PURPLE, "ink": INK, "grey": GREY,
-    "pale": PALE,
+    "blue": theme.BLUE, "orange": theme.ORANGE, "green": theme.GREEN, "purple": theme.PURPLE,
+    "ink": theme.INK, "grey": theme.GREY, "pale": theme.PALE,
 }  # fmt: skip
 """Colours by name; series without one take the first six in order."""
 
@@ -50,8 +39,8 @@ BRANCH_MARKERS: Final = {"loading": "o", "unloading": "s", "hold": "^"}
 POINTS: Final[dict[str, dict[str, Any]]] = {
     ".": {"marker": "o", "markersize": 2.5, "markeredgewidth": 0.0},
     "|": {"markersize": 9, "markeredgewidth": 1.6},
-    "s": {"markersize": 6, "markeredgecolor": INK, "zorder": 4.5},
-    "*": {"markersize": 11, "markeredgecolor": INK, "zorder": 5},
+    "s": {"markersize": 6, "markeredgecolor": theme.INK, "zorder": 4.5},
+    "*": {"markersize": 11, "markeredgecolor": theme.INK, "zorder": 5},
 }
 """How points with these marks look."""
 
@@ -114,7 +103,7 @@ def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path
     down = -(-len(charts) // across)
     heights = [1.0, look.lower_share] if any(c.below for c in charts) else [1.0]
     stack = len(heights)
-    with figure_theme():
+    with theme.figure_theme():
         # A Figure of its own, not pyplot's: pyplot would keep it open and choose a backend.
         figure = Figure(
             figsize=(look.panel_in[0] * across, look.panel_in[1] * down * sum(heights)),
@@ -139,7 +128,7 @@ def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path
             figure.legend(handles, list(keys), loc="outside lower center", ncols=min(5, 2 * across))
         if look.title:
             figure.suptitle(look.title, fontsize=9)
-        save(figure, file, look.dpi)
+        theme.save(figure, file, look.dpi)
     return file
 
 
@@ -156,7 +145,7 @@ def draw(chart: Chart, axes: Axes, look: Look | None = None) -> None:
     there = {line.get_color() for line in axes.get_lines()}
     taken = {s.colour for s in chart.series} | {n for n, code in COLOURS.items() if code in there}
     free = iter(([name for name in COLOURS if name not in taken] or list(COLOURS)) * 9)
-    colour = INK
+    colour = theme.INK
     bars = [bar for bar in chart.series if bar.style == "bar"]
     for series in chart.series:
         if series.colour or series.name:
@@ -178,7 +167,7 @@ def draw(chart: Chart, axes: Axes, look: Look | None = None) -> None:
     if note:
         axes.annotate(
             note, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 2),
-            textcoords="offset points", va="bottom", fontsize=6.5, color=GREY,
+            textcoords="offset points", va="bottom", fontsize=6.5, color=theme.GREY,
         )  # fmt: skip
     if look.key != "below" and axes.get_legend_handles_labels()[1]:
         axes.legend(**KEYS[look.key], fontsize=8 if look.across == 1 else 7)
@@ -212,7 +201,7 @@ def _draw_series(axes: Axes, series: Series, colour: str) -> None:
         if points:
             axes.vlines(x, low, high, color=colour, lw=0.7, zorder=3.5)
         else:  # not translucent: where bands overlap they would be darker
-            axes.fill_between(x, low, high, color=tint(colour), lw=0, zorder=1)
+            axes.fill_between(x, low, high, color=theme.tint(colour), lw=0, zorder=1)
     marker = series.marker or ("o" if points or series.branches is not None else "")
     style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": LINES[series.style]}
     style["zorder"] = 4 if points else 3
@@ -254,7 +243,7 @@ def _draw_bars(axes: Axes, series: Series, bars: Sequence[Series], colour: str, 
     place = place + height * (stack.index(id(series)) - (len(stack) - 1) / 2)
     axes.barh(place, length, height, color=colour, label=series.name or None)
     if series.low is not None and series.high is not None:
-        axes.hlines(place, series.low, series.high, color=INK, lw=1.0)
+        axes.hlines(place, series.low, series.high, color=theme.INK, lw=1.0)
     for text, at, end in zip(series.said, place, length, strict=False):
         axes.annotate(
             text, (end, at), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7

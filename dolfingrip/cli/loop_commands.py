@@ -14,19 +14,11 @@ from mpi4py import MPI
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli import doe_commands, surrogate_commands
+from dolfingrip.cli import doe_commands, settings, surrogate_commands
 from dolfingrip.cli.console import console, one_process
 from dolfingrip.cli.experiment_commands import exit_early, run_demo
 from dolfingrip.cli.installation import missing, need
 from dolfingrip.cli.report_command import write_report
-from dolfingrip.cli.settings import (
-    DemoSettings,
-    DoeSettings,
-    OptimiseSettings,
-    ReproduceSettings,
-    StudySettings,
-    TrainSettings,
-)
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.optimum import study_file
@@ -40,7 +32,7 @@ from dolfingrip.report.table import of_rows
 from dolfingrip.sections import tables
 
 
-def reproduce(args: ReproduceSettings) -> None:
+def reproduce(args: settings.ReproduceSettings) -> None:
     """Run doe, train, optimise and study as a file says, and compare with published designs."""
     one_process("--workers, without mpirun")
     need("torch")  # of the step after the campaign, which takes hours
@@ -50,15 +42,17 @@ def reproduce(args: ReproduceSettings) -> None:
     doe, surrogate, optimum = args.out / "doe", args.out / "surrogate", args.out / "optimum"
     run_step(
         doe_commands.doe,
-        DoeSettings(
+        settings.DoeSettings(
             out=doe, workers=args.workers, parameter=args.parameter or study.parameters,
             quantity=names, config=args.config or study.config,
             overrides={**tables.assignments(study.set, "set"), **args.overrides},
         ),
     )  # fmt: skip
-    run_step(surrogate_commands.train, TrainSettings(source=doe, out=surrogate, outputs=names))
+    run_step(
+        surrogate_commands.train, settings.TrainSettings(source=doe, out=surrogate, outputs=names)
+    )
     front = study.front
-    choice = OptimiseSettings(
+    choice = settings.OptimiseSettings(
         surrogate=surrogate, out=optimum, workers=args.workers, against=front.against,
         at_most=front.at_most, at_least=front.at_least, maximise=front.maximise,
         minimise=front.minimise, also=() if study.published is None else (study.published.gain_of,),
@@ -68,7 +62,7 @@ def reproduce(args: ReproduceSettings) -> None:
         console().print(comparison(OptimumFile.read(optimum), study.published))
     if args.study and study.hyperparameters is not None:
         limit = (study.hyperparameters.limit,)
-        tried = StudySettings(
+        tried = settings.StudySettings(
             surrogate=surrogate, out=args.out / "study", processes=args.workers,
             against=front.against, maximise=front.maximise, minimise=front.minimise,
             at_most=() if front.at_least else limit, at_least=limit if front.at_least else (),
@@ -192,10 +186,10 @@ def run_small_loop(
     workers = len(os.sched_getaffinity(0))
     run_step(
         doe_commands.doe,
-        DoeSettings(out=doe, workers=workers, config=file, parameter=tuple(designs)),
+        settings.DoeSettings(out=doe, workers=workers, config=file, parameter=tuple(designs)),
     )
-    run_step(surrogate_commands.train, TrainSettings(source=doe, out=surrogate))
-    choice = OptimiseSettings(
+    run_step(surrogate_commands.train, settings.TrainSettings(source=doe, out=surrogate))
+    choice = settings.OptimiseSettings(
         surrogate=surrogate, out=optimum, workers=workers, population=200, generations=60,
         along=0, at_most=(policy.largest_offset_mm,),
     )  # fmt: skip
@@ -203,12 +197,12 @@ def run_small_loop(
         raise typer.Exit(1)
 
 
-def demo(args: DemoSettings) -> None:
+def demo(args: settings.DemoSettings) -> None:
     """Run both experiments on the reference finger and a small design loop, write a report."""
     resolved = configuration.load(args.config, args.overrides)
     screen = console()
     if args.loop:  # an older campaign of other settings is refused before minutes of solving
-        designs = doe_commands.planned(DoeSettings(parameter=DESIGNS), coarsened(resolved))
+        designs = doe_commands.planned(settings.DoeSettings(parameter=DESIGNS), coarsened(resolved))
         campaign.check(designs, args.out / "loop" / "doe")
     alone = MPI.COMM_WORLD.size == 1
     lacking = missing("torch") if alone else "under mpirun it cannot start processes"

@@ -10,23 +10,7 @@ from typing import Any
 
 import tomlkit
 
-from dolfingrip.channels import (
-    AIR_SUPPLY,
-    CAVITY_PRESSURE,
-    CHANNELS,
-    ENERGIES,
-    OBSTACLE,
-    PRESSURE,
-    TIME,
-    WHO,
-    WORDS,
-    measured,
-    of_band,
-    of_cavity,
-    of_line,
-    read_of,
-    supply_of,
-)
+from dolfingrip import channels
 from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
@@ -68,20 +52,20 @@ def columns(
         banded: columns that have a band.
     """
     names = cavities if len(cavities) > 1 else ()
-    several = [c.name for name in names for c in of_cavity(name)]
+    several = [c.name for name in names for c in channels.of_cavity(name)]
     if config is not None and "finger" in experiment.parts:
-        several += [supply_of(name).name for name in config.cavity.own]
-        line = of_line(config.camera.markers, curve=config.curve is not None)
-        pressed = () if config.obstacle is None else OBSTACLE
-        moving = ENERGIES if config.experiment.dynamic else ()
+        several += [channels.supply_of(name).name for name in config.cavity.own]
+        line = channels.of_line(config.camera.markers, curve=config.curve is not None)
+        pressed = () if config.obstacle is None else channels.OBSTACLE
+        moving = channels.ENERGIES if config.experiment.dynamic else ()
         several += [c.name for c in (*line, *pressed, *moving)]
-    instrumental = {c.name for c in (*measured(), *read_of(*experiment.parts))}
-    shared = [name for name in CHANNELS if name in instrumental]
+    instrumental = {c.name for c in (*channels.measured(), *channels.read_of(*experiment.parts))}
+    shared = [name for name in channels.CHANNELS if name in instrumental]
     if config is not None and config.supply is not None and AirLine.felt_on(experiment.parts):
-        of_air = (c.name for c in (CAVITY_PRESSURE, *AIR_SUPPLY))
+        of_air = (c.name for c in (channels.CAVITY_PRESSURE, *channels.AIR_SUPPLY))
         several += [name for name in of_air if name not in instrumental]
-    ends = (end for name in banded for end in of_band(name))
-    return (*WHO, *shared, *(c.name for c in experiment.columns), *several, *EFFORT, *ends)
+    ends = (end for name in banded for end in channels.of_band(name))
+    return (*channels.WHO, *shared, *(c.name for c in experiment.columns), *several, *EFFORT, *ends)
 
 
 def described(experiment: Experiment) -> list[tuple[str, str]]:
@@ -92,10 +76,15 @@ def described(experiment: Experiment) -> list[tuple[str, str]]:
     """
     filled = {
         channel.name: channel.about
-        for channel in (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))
+        for channel in (
+            experiment.control,
+            channels.TIME,
+            channels.PRESSURE,
+            *channels.read_of(*experiment.parts),
+        )
     }
     special = {channel.name: channel.about for channel in experiment.columns}
-    meanings = {**WORDS, **filled, **special, **EFFORT}
+    meanings = {**channels.WORDS, **filled, **special, **EFFORT}
     return [(name, meanings[name]) for name in columns(experiment) if name in meanings]
 
 
@@ -202,7 +191,7 @@ class Recorder:
         interrupted = interrupt_behind(error) is not None
         sentence = self._kept() if interrupted else f"{type(error).__name__}: {error}"
         if self._comm.rank == 0:
-            controls = (self._experiment.control.name, TIME.name)
+            controls = (self._experiment.control.name, channels.TIME.name)
             failure = RunFailure(
                 kind="interrupted" if interrupted else "error",
                 last_good={name: self._last[name] for name in controls if name in self._last},

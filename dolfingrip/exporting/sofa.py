@@ -11,15 +11,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.exporting.asked import (
-    KG_MM3,
-    beside,
-    no_law,
-    plain,
-    supplied,
-    supplies_kPa,
-    tetrahedra,
-)
+from dolfingrip.exporting import asked
 from dolfingrip.files import whole
 from dolfingrip.meshes.groups import CLAMP, cavities
 from dolfingrip.meshes.solid import SolidMesh
@@ -140,17 +132,17 @@ def write(config: Config, file: Path) -> str:
         ConfigError: one line, where the finger has what SOFA lacks.
         WriteError: one line.
     """
-    config = plain(config, file.suffix)
-    times_s, supplies = supplies_kPa(config, file.suffix)
+    config = asked.plain(config, file.suffix)
+    times_s, supplies = asked.supplies_kPa(config, file.suffix)
     name, parameters = law(config.material)
-    solid = beside(config, file, ".vtk")
-    mesh = tetrahedra(config, file.suffix)
+    solid = asked.beside(config, file, ".vtk")
+    mesh = asked.tetrahedra(config, file.suffix)
     inlets = []
     for group in cavities(mesh.facets):
         inside = file.with_name(f"{file.stem}_{group}.stl")
         # seen from inside the solid: normals point out of the cavity
         write_stl(mesh.points, mesh.facets[group][:, ::-1], inside)
-        inlets.append((inside.name, *supplied(config, group)))
+        inlets.append((inside.name, *asked.supplied(config, group)))
     whole.write(solid, legacy_vtk(mesh))
     weight = 1e3 * config.gravity.acceleration_m_s2 * np.array(config.gravity.direction)
     content = SCENE.format(
@@ -162,7 +154,7 @@ def write(config: Config, file: Path) -> str:
         clamped=np.unique(mesh.facets[CLAMP]).tolist(),
         gravity=(weight / np.linalg.norm(config.gravity.direction)).tolist(),
         mesh=solid.name,
-        density=KG_MM3 * config.material.density_kg_m3,
+        density=asked.KG_MM3 * config.material.density_kg_m3,
         law=name,
         parameters=" ".join(f"{number:.10g}" for number in parameters),
     )
@@ -215,4 +207,4 @@ def law(material: Material) -> tuple[str, list[float]]:
         (mu,), (alpha,) = material.ogden_mu_MPa, material.ogden_alpha
         return "Ogden", [KPA_PER_MPA * 2 * mu, alpha, KPA_PER_MPA * bulk]
     allowed = "neo-hooke, polynomial of C10_MPa and C01_MPa alone, ogden of one term"
-    raise no_law(material, ".py", allowed)
+    raise asked.no_law(material, ".py", allowed)

@@ -60,7 +60,12 @@ FIGURE_SPACE: Final = "\u2007"
 """A space as wide as a digit."""
 
 
-def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) -> list[Path]:
+def write(
+    stem: Path,
+    images: Sequence[Image],
+    frame_ms: int = POLICY.frame_ms,
+    policy: VideoPolicy = POLICY,
+) -> list[Path]:
     """Write pictures as a GIF of half their size, and as an MP4 in H.264.
 
     The GIF has fewer pictures, each shown for longer, where it would be too large to send.
@@ -69,6 +74,7 @@ def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) 
         stem: path of the files, without their suffix.
         images: pictures of one size, shape (height, width, 3).
         frame_ms: time for which each picture is shown.
+        policy: has the largest size of the GIF.
 
     Returns:
         The files; no MP4 where PyAV is missing, and a warning says so.
@@ -77,7 +83,7 @@ def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) 
     frames = [Pillow.fromarray(image).resize((width, height)) for image in images]
     moving, shown = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
     shown_ms, packed = frame_ms, _gif(frames, frame_ms)
-    while len(packed) > POLICY.gif_bytes and len(frames) > 2:
+    while len(packed) > policy.gif_bytes and len(frames) > 2:
         frames, shown_ms = frames[::2], 2 * shown_ms
         packed = _gif(frames, shown_ms)
     whole.write(moving, packed)

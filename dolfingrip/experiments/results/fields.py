@@ -13,13 +13,7 @@ from dolfinx import fem, plot
 from dolfingrip.files import whole
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Control, Model
-from dolfingrip.mechanics.readings.nodal_fields import (
-    CavityPressure,
-    ContactPressure,
-    Nodes,
-    PrincipalStretch,
-    Stress,
-)
+from dolfingrip.mechanics.readings import nodal_fields
 
 COLLECTION = """<?xml version="1.0"?>
 <VTKFile type="Collection" version="1.0">
@@ -66,11 +60,13 @@ class FieldFile:
             fem.functionspace(space.mesh, ("Lagrange", space.ufl_element().degree, shape))
             for shape in ((), (3,))
         )
-        nodes = Nodes(scalar)
+        nodes = nodal_fields.Nodes(scalar)
         self._computed = (
-            PrincipalStretch(model.u, nodes), Stress(model, nodes), ContactPressure(model, nodes),
-            CavityPressure(pressures, model, nodes),
-        )  # fmt: skip
+            nodal_fields.PrincipalStretch(model.u, nodes),
+            nodal_fields.Stress(model, nodes),
+            nodal_fields.ContactPressure(model, nodes),
+            nodal_fields.CavityPressure(pressures, model, nodes),
+        )
         self._shown = fem.Function(vector)
         self._mesh = _mesh(scalar)
         self._steps: list[str] = []

@@ -14,15 +14,9 @@ from petsc4py import PETSc
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import KPA, Config, ConfigError
+from dolfingrip.experiments.rigs import materials
 from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
 from dolfingrip.experiments.rigs.food import beside
-from dolfingrip.experiments.rigs.materials import (
-    BaseMaterial,
-    dead_weight,
-    densities,
-    layer_energy,
-    sheets,
-)
 from dolfingrip.experiments.rigs.pneumatics import MM3, line_of
 from dolfingrip.experiments.rigs.undeformed import REST
 from dolfingrip.extensions.effect import Stage
@@ -285,10 +279,10 @@ def total_potential(
         p=site.p,
         global_unknowns=list(site.unknowns.values()),
         domain=site.domain,
-        sheets=sheets(config, mesh, site.parameters),
+        sheets=materials.sheets(config, mesh, site.parameters),
         degree=integration_degree(space, full=config.integration != "reduced"),
     )
-    terms = (dead_weight(site), site.plate, site.obstacle, site.contact, *site.further)
+    terms = (materials.dead_weight(site), site.plate, site.obstacle, site.contact, *site.further)
     return written, [term for term in terms if term is not None]
 
 
@@ -317,7 +311,7 @@ def build(
     mesh, element = domain.mesh, element_name(config, domain)
     u = fem.Function(fem.functionspace(mesh, displacement_element(element)), name="displacement_mm")
     degree = integration_degree(u.function_space, full=config.integration != "reduced")
-    base = BaseMaterial.on(mesh, config.material)
+    base = materials.BaseMaterial.on(mesh, config.material)
     site = Site(
         config,
         domain,
@@ -342,7 +336,7 @@ def build(
     if config.experiment.dynamic:
         scheme = config.solver.hht_alpha, config.solver.time_error_mm, added.inertia_from_s
         moving_base = config.base.velocity_mm_s if config.base.time_s else None
-        inertia = Inertia(u, domain, densities(site), site.masses, *scheme, moving_base)
+        inertia = Inertia(u, domain, materials.densities(site), site.masses, *scheme, moving_base)
         loads.append(inertia.energy)
     motion = [] if inertia is None else [inertia]
     potential, terms = total_potential(config, site, solid, loads)
@@ -369,7 +363,7 @@ def build(
     return made
 
 
-def strain_energies(config: Config, site: Site, base: BaseMaterial) -> Energies:
+def strain_energies(config: Config, site: Site, base: materials.BaseMaterial) -> Energies:
     """The strain energies of all parts; their constants are added to the site's parameters.
 
     Effects act on parts that have no material of their own.
@@ -386,12 +380,12 @@ def strain_energies(config: Config, site: Site, base: BaseMaterial) -> Energies:
     for part in site.domain.parts or (REST,):
         film = next((name for name, other in layers.items() if other.region == part), None)
         if film is not None:
-            layer = layer_energy(config, film, layers[film], mesh, site.parameters)
+            layer = materials.layer_energy(config, film, layers[film], mesh, site.parameters)
             energies[part,] = [ReducedIntegration(layer)]
             continue
         material = base
         if part != REST:
-            material = BaseMaterial.on(mesh, config.material.of(part), f"material.{part}")
+            material = materials.BaseMaterial.on(mesh, config.material.of(part), f"material.{part}")
             site.parameters |= material.constants
         energy: StrainEnergy = (
             material.of_shape if selective else partial(material.energy, p=site.p)

@@ -7,19 +7,7 @@ from itertools import pairwise
 import ipctk
 import numpy as np
 
-from dolfingrip.channels import (
-    BREAK_SHARE,
-    CAVITY_PRESSURE,
-    CAVITY_VOLUME,
-    CHORD_ANGLE,
-    CONTACT_GAP,
-    LARGEST_STRETCH,
-    PRESSURE,
-    TIP_Y,
-    WALL_GAP,
-    of_cavity,
-    supply_of,
-)
+from dolfingrip import channels
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.pneumatics import of_supply
@@ -109,7 +97,7 @@ class ContactGap(Reading):
     differentiable = False
 
     def __init__(self, finger: FingerModel) -> None:
-        super().__init__(finger.model, CONTACT_GAP.name)
+        super().__init__(finger.model, channels.CONTACT_GAP.name)
         self._gaps = BellowsGaps(finger)
         self.gaps_mm: dict[str, float] = {}
 
@@ -125,7 +113,7 @@ class WallGap(Reading):
     differentiable = False
 
     def __init__(self, finger: FingerModel) -> None:
-        super().__init__(finger.model, WALL_GAP.name)
+        super().__init__(finger.model, channels.WALL_GAP.name)
         self._inside = list(finger.site.walls.values())
 
     def value(self) -> float:
@@ -177,10 +165,10 @@ class Observation:
         cavity = finger.pressure_in(*cavities) if len(cavities) == 1 else finger.cavity
         readings: list[Reading] = [
             Time(model),
-            ControlValue(model, PRESSURE.name, model.controls[PRESSURE.name]),
+            ControlValue(model, channels.PRESSURE.name, model.controls[channels.PRESSURE.name]),
             *counted,
-            ControlValue(model, CAVITY_PRESSURE.name, cavity),
-            Integral(model, CAVITY_VOLUME.name, finger.enclosed),
+            ControlValue(model, channels.CAVITY_PRESSURE.name, cavity),
+            Integral(model, channels.CAVITY_VOLUME.name, finger.enclosed),
             *of_cavities(finger),
             self._gap,
             WallGap(finger),
@@ -221,7 +209,12 @@ class Observation:
     def read(self) -> dict[str, float]:
         """Values by column."""
         values = {column: reading.value() for column, reading in self.readings.items()}
-        return {TIP_Y.name: 0.0, **values, **self._rotation.values(), **self.elongation.values()}
+        return {
+            channels.TIP_Y.name: 0.0,
+            **values,
+            **self._rotation.values(),
+            **self.elongation.values(),
+        }
 
 
 class Elongation:
@@ -240,8 +233,8 @@ class Elongation:
         """Values by column; no share where no elongation at break is told."""
         reached = [(part.value(), at_break) for part, at_break in self._parts]
         shares = [(stretch - 1) / at_break for stretch, at_break in reached if at_break]
-        values = {LARGEST_STRETCH.name: max(stretch for stretch, _ in reached)}
-        return {**values, BREAK_SHARE.name: max(shares)} if shares else values
+        values = {channels.LARGEST_STRETCH.name: max(stretch for stretch, _ in reached)}
+        return {**values, channels.BREAK_SHARE.name: max(shares)} if shares else values
 
 
 def of_cavities(finger: FingerModel) -> list[Reading]:
@@ -249,13 +242,13 @@ def of_cavities(finger: FingerModel) -> list[Reading]:
     readings: list[Reading] = []
     cavities = finger.site.domain.cavities
     for name in cavities if len(cavities) > 1 else ():
-        pressure, volume = of_cavity(name)
+        pressure, volume = channels.of_cavity(name)
         readings += [
             ControlValue(finger.model, pressure.name, finger.pressure_in(name)),
             Integral(finger.model, volume.name, finger.volume_of(name)),
         ]
     for name in finger.site.supplies:
-        supply = supply_of(name).name
+        supply = channels.supply_of(name).name
         readings.append(ControlValue(finger.model, supply, finger.model.controls[supply]))
     return readings
 
@@ -266,7 +259,7 @@ def chord(finger: FingerModel) -> Reading:
     Raises:
         ConfigError: one line, if one of its points is not on the finger.
     """
-    model, camera, column = finger.model, finger.config.camera, CHORD_ANGLE.name
+    model, camera, column = finger.model, finger.config.camera, channels.CHORD_ANGLE.name
     if camera.chord == "centres":
         return ChordAngle(model, column)
     if camera.chord == "back edges":

@@ -10,22 +10,17 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.contact import pose_contact
 from dolfingrip.mechanics.contact.density import Density
 from dolfingrip.mechanics.contact.distance import MovingPoints, SignedDistance
 from dolfingrip.mechanics.contact.node_set import RelativeNodes, weights
-from dolfingrip.mechanics.contact.pose_contact import (
-    Near,
-    PoseContact,
-    curvatures,
-    slopes,
-)
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import Gradient
 
 
-class RigidPoints(PoseContact):
+class RigidPoints(pose_contact.PoseContact):
     """A rigid body's own points stay outside another one of prescribed pose, which does not turn.
 
     Π = Σ A_j b(φ(c + R Y_j − c')) over points Y_j of the skin with their shares A_j of its area, c'
@@ -72,12 +67,12 @@ class RigidPoints(PoseContact):
         """(n,) distances of the points from the other body."""
         return self.shape.at(self._places(rotation(self.pose.coordinates[3:]).matrix)).value
 
-    def near(self, dofs: np.ndarray) -> Near:
+    def near(self, dofs: np.ndarray) -> pose_contact.Near:
         """Points within the barrier's width of the other body."""
         turned = rotation(self.pose.coordinates[3:])
         rows, distances, barrier = self._felt(self._places(turned.matrix))
         arms, areas = self._points[rows], self._areas[rows]
-        return Near(rows, arms, areas, turned, np.eye(3), distances, barrier)
+        return pose_contact.Near(rows, arms, areas, turned, np.eye(3), distances, barrier)
 
     def _moving(self, dofs: np.ndarray, step: np.ndarray) -> MovingPoints:
         q, change = self.pose.coordinates, self.pose.change(step)
@@ -89,11 +84,11 @@ class RigidPoints(PoseContact):
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives by the pose (N)."""
-        self.pose.add_slopes(slopes(self.near(dofs)), gradient)
+        self.pose.add_slopes(pose_contact.slopes(self.near(dofs)), gradient)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """Second derivatives by the pose."""
-        within = curvatures(self.near(dofs), convex=convex)
+        within = pose_contact.curvatures(self.near(dofs), convex=convex)
         return self.pose.coupling(0, np.zeros((SIX, 0)), within)
 
     # -- for friction ----------------------------------------------------------------------------
