@@ -190,7 +190,7 @@ def perform(commands: Sequence[str]) -> None:
     Args:
         commands: of a block.
     """
-    from dolfingrip.cli.app import app
+    from dolfingrip.cli.commands import app
 
     for command in commands:
         failed = 0
