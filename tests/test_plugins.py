@@ -116,6 +116,9 @@ def test_one_of_each_kind_is_taken_from_the_command_line(tmp_path: Path) -> None
     [
         ("material.law=my-law", "my_law.py"),
         ("extensions.my_effect.a=1", "my_effect.py"),
+        ("finger.kind=my_geometry", "my_geometry.py"),
+        ("food.kind=my-food", "my_food.py"),
+        ("food.kind=2 eggs", "FILE.py"),
     ],
 )
 def test_a_refusal_tells_which_plugin_is_missing(key: str, missing: str, tmp_path: Path) -> None:

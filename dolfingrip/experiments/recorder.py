@@ -90,12 +90,9 @@ def described(experiment: Experiment) -> list[tuple[str, str]]:
     Args:
         experiment: whose columns they are.
     """
-    filled = {
-        channel.name: channel.about
-        for channel in (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))
-    }
-    special = {channel.name: channel.about for channel in experiment.columns}
-    meanings = {**WORDS, **filled, **special, **EFFORT}
+    of_parts = (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))
+    about = {c.name: c.about or c.title for c in (*of_parts, *experiment.columns)}
+    meanings = {**WORDS, **about, **EFFORT}
     return [(name, meanings[name]) for name in columns(experiment) if name in meanings]
 
 
