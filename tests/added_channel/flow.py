@@ -59,7 +59,7 @@ def of_an_experiment(folder: Path) -> Result:
         by_nu[NAME], -WIDTH_MM * np.array(by_nu["transverse_strain"]), rtol=1e-5, atol=1e-9
     )
     assert NAME in header(folder / "result.csv")
-    assert dict(recorder.described(coupon))[NARROWING.name] == NARROWING.title
+    assert dict(recorder.described(coupon))[NAME] == CHANNELS[NAME].title
     table = tabulate((coupon.table, result.columns()))
     shown = {" ".join(str(each.header).split()): list(each.cells) for each in table.columns}
     assert shown["Narrowing (mm)"] == [f"{each:.3f}" for each in narrowed_mm]
