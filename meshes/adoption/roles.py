@@ -221,7 +221,7 @@ def _centroid(surface: Faces) -> Floats:
 
 
 def _axis(surface: Faces, clamp: np.ndarray) -> Floats:
-    """(3,) the direction z from the clamp into the part."""
+    """The direction z from the clamp into the part, (3,)."""
     vector = -surface.vectors[clamp].sum(axis=0)
     if np.linalg.norm(vector) < surface.policy.faces * surface.areas[clamp].sum():
         # it faces all ways, such as a collar's outside
@@ -305,7 +305,7 @@ def _nearest(surface: Faces, voids: list[Hollow], points: Floats) -> Hollow:
 def _clamp(
     surface: Faces, free: np.ndarray, cavities: list[Hollow], hints: Asked, said: dict[str, str]
 ) -> np.ndarray:
-    """(m,) whether a triangle is clamped: all plane faces in one plane."""
+    """Mask, (m,): whether a triangle is clamped: all plane faces in one plane."""
     near = surface.near_mm
     if hints.clamp is not None:
         row = _nearest_triangle(surface, free, np.asarray(hints.clamp))
@@ -390,7 +390,7 @@ def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:
 def _front(
     surface: Faces, cavities: list[Hollow], z: Floats, hints: Asked, said: dict[str, str]
 ) -> Floats:
-    """(3,) the direction x from the side that limits strain to the other."""
+    """The direction x from the side that limits strain to the other, (3,)."""
     across = np.eye(3) - np.outer(z, z)
     centre = _centroid(surface)
     around = across @ np.cov((surface.middles - centre).T, aweights=surface.areas) @ across
@@ -500,7 +500,7 @@ def _tip(
     framed: Faces, skin: np.ndarray, hints: Asked, rotation: Floats, origin: Floats,
     said: dict[str, str],
 ) -> tuple[np.ndarray, float | None]:  # fmt: skip
-    """(m,) triangles of the tip: the face at the free end, or the end's last part and its start."""
+    """Triangles (m,) of the tip: the face at the free end, or the end's last part and its start."""
     z = framed.points[:, 2]
     length = float(z[framed.triangles[skin]].max())
     if hints.tip is not None:
