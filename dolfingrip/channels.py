@@ -58,7 +58,7 @@ class Channel:
         name: name of the column, with its unit at the end.
         unit: unit in the form at the name's end; "" for a ratio.
         title: name in words, for an axis.
-        about: what it is, for the table of columns.
+        about: what it is, for the table of columns; "" if its title says it.
         short: title above a column of a table; "" if it is ``title``.
         form: format of a printed number, such as ``.2f``.
         of: parts that it is read of; empty for time and controls.

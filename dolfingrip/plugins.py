@@ -217,9 +217,10 @@ def hint(name: str) -> str:
     """Return what a refusal of an unknown name adds: the plugin that may have it.
 
     Args:
-        name: of a law, an effect or another thing.
+        name: of a law, an effect or another thing, which is mostly that of its file.
     """
-    return f"or one of your own, by --plugin {name.replace('-', '_')}.py"
+    stem = name.replace("-", "_")
+    return f"or one of your own, by --plugin {stem if stem.isidentifier() else 'FILE'}.py"
 
 
 @cache

@@ -38,13 +38,13 @@ class ClosedSurface:
 
     @property
     def centre_mm(self) -> Floats:
-        """(3,) centre of the enclosed volume."""
+        """Centre of the enclosed volume, (3,)."""
         volumes = self._tetrahedra()
         means = self.points[self.triangles].sum(axis=1) / 4
         return np.asarray(volumes @ means / volumes.sum())
 
     def inertia_mm5(self) -> Floats:
-        """(3, 3) tensor about the centre of the enclosed volume at density 1.
+        """Tensor about the centre of the enclosed volume at density 1, (3, 3).
 
         ∫ x xᵀ dV over each tetrahedron from the centre to a triangle is V/20 (Σ p pᵀ + s sᵀ), s
         the sum of its corners p.
@@ -58,7 +58,7 @@ class ClosedSurface:
         return np.asarray(np.trace(second) * np.eye(3) - second)
 
     def point_areas_mm2(self) -> Floats:
-        """(n,) area (mm²) that belongs to each point."""
+        """Area (mm²) that belongs to each point, (n,)."""
         corners = self.points[self.triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         third = np.repeat(np.linalg.norm(normal, axis=1) / 6, 3)
@@ -73,7 +73,7 @@ class ClosedSurface:
         return ClosedSurface(self.points @ turn.T, self.triangles)
 
     def distances_mm(self, points: Floats) -> Floats:
-        """(k,) signed distances of points, positive outside."""
+        """Signed distances of points, positive outside, (k,)."""
         from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkDoubleArray
         from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
@@ -91,7 +91,7 @@ class ClosedSurface:
         return pv.PolyData(self.points, faces=np.insert(self.triangles, 0, 3, axis=1).ravel())
 
     def _tetrahedra(self) -> Floats:
-        """(m,) signed volumes of the tetrahedra between the origin and each triangle."""
+        """Signed volumes of the tetrahedra between the origin and each triangle, (m,)."""
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         return np.asarray(np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)
 
@@ -169,7 +169,7 @@ def locator(points: Floats, triangles: Ints) -> Any:
 
 
 def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
-    """(k,) rows of the triangles that are nearest to (k, 3) points, and (k,) distances (mm)."""
+    """Rows (k,) of the triangles that are nearest to (k, 3) points, and distances (k,) (mm)."""
     from vtkmodules.vtkCommonCore import mutable
 
     tree = locator(points, triangles)

@@ -37,7 +37,7 @@ class Stand(NamedTuple):
 
     @property
     def outward(self) -> Floats:
-        """(2,) unit vector in the plane of the table, from the food to the finger."""
+        """Unit vector in the plane of the table, from the food to the finger, (2,)."""
         return self.rotation[:2, 0]
 
 
@@ -105,7 +105,7 @@ def _stand(name: str, place: Floats, outward: Floats, height_mm: float) -> Stand
 
 
 def _outline(stand: Stand, finger: Geometry) -> Floats:
-    """(4, 2) corners of a straight finger seen from above."""
+    """Corners of a straight finger seen from above, (4, 2)."""
     half = finger.width_mm / 2
     corners = np.array(
         [(x, y, 0.0) for x, y in ((0, -half), (finger.depth_mm, -half),

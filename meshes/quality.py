@@ -264,7 +264,7 @@ def closing_mm3(mesh: SolidMesh) -> dict[str, float]:
 
 
 def _open_edges(mesh: SolidMesh, name: str) -> np.ndarray:
-    """(k,) whether a directed edge of a cavity has one facet and is not in the symmetry plane."""
+    """Mask (k,) of directed edges of a cavity with one facet that are not in the symmetry plane."""
     edges = _edges_of(mesh, name)
     others = np.concatenate([edges, _edges_of(mesh, groups.SYMMETRY)])[:, ::-1]
     return ~_among(edges, others)
@@ -299,7 +299,7 @@ def _common_rows(rows: Ints, others: Ints) -> int:
 
 
 def _among(rows: Ints, others: Ints) -> np.ndarray:
-    """(k,) whether each of ``rows`` is among ``others``."""
+    """Mask, (k,): whether each of ``rows`` is among ``others``."""
     both = np.concatenate([rows, others])
     _, label = np.unique(both, axis=0, return_inverse=True)
     return np.isin(label[: len(rows)], label[len(rows) :])

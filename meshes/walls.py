@@ -136,7 +136,7 @@ def _faces(
     start: int,
     end: int,
 ) -> Floats:
-    """(2, 4, 3) corners of the faces at both ends of a run, each with its normal along the axis."""
+    """Corners (2, 4, 3) of the faces at both ends of a run, each with its normal along the axis."""
     corners = np.empty((2, 4, 3))
     order = _ROUND if axis != 1 else _ROUND[::-1]  # x, z are left-handed about y
     for side, at in enumerate((start, end)):

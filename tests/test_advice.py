@@ -20,8 +20,8 @@ import typer
 from support import pages
 from typer._click.exceptions import NoSuchOption, UsageError
 
-from dolfingrip.cli.app import COMMANDS, app
 from dolfingrip.cli.command import Subcommand, settings_of
+from dolfingrip.cli.commands import COMMANDS, app
 from dolfingrip.cli.import_command import named
 from dolfingrip.config import ConfigError
 from dolfingrip.importing.told import ImportOption, NamedColumn, Told

@@ -16,8 +16,8 @@ import typer
 from support import pages
 from support.checkout import needs_checkout
 
-from dolfingrip.cli.app import app
 from dolfingrip.cli.command import settings_of
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

@@ -9,7 +9,7 @@ from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip import config
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError
 
 FILE = EXAMPLES / "coupons" / "ecoflex30_uniaxial.csv"

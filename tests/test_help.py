@@ -15,7 +15,7 @@ from support.command import run_command
 
 import dolfingrip
 from dolfingrip import config
-from dolfingrip.cli import app as cli
+from dolfingrip.cli import commands as cli
 from dolfingrip.cli import settings
 from dolfingrip.cli.command import settings_of
 

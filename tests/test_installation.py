@@ -94,7 +94,7 @@ def test_without_dolfinx_a_command_says_two_lines_that_install_one(command: str)
 
 EXTRAS = [name for names in MODULES.values() for name in names]
 IMPORTED = """
-from dolfingrip.cli.app import COMMANDS
+from dolfingrip.cli.commands import COMMANDS
 for each in (below for one in COMMANDS for below in (one, *one.below)):
     try:
         each.function()
@@ -153,7 +153,7 @@ def test_a_pdf_without_a_browser_is_refused_before_the_page_is_made(
 ) -> None:
     from typer.testing import CliRunner
 
-    from dolfingrip.cli.app import app
+    from dolfingrip.cli.commands import app
     from dolfingrip.report.page import pdf
 
     monkeypatch.setattr(pdf, "chromium", lambda: None)

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from dolfingrip import config
 from dolfingrip.cli import console as console_module
 from dolfingrip.cli import diagnosis_commands, experiment_commands, progress, settings
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.cli.console import console
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table

@@ -39,7 +39,7 @@ PROCESS = """
 import contextlib, io, json, os, sys
 answers = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)  # what libraries print by themselves is no answer
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 for line in sys.stdin:
     folder, calls, code = json.loads(line)
     os.chdir(folder)

@@ -20,8 +20,8 @@ from support.measured_files import written as written_table
 from support.small import SHORT
 
 from dolfingrip.cli import loop_commands
-from dolfingrip.cli.app import COMMANDS
 from dolfingrip.cli.command import settings_of
+from dolfingrip.cli.commands import COMMANDS
 from dolfingrip.experiments import loop
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.explore import server

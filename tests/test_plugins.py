@@ -103,11 +103,22 @@ def test_a_run_tells_its_plugins(tmp_path: Path) -> None:
     assert again.stderr.endswith("or one of your own, by --plugin stiffening.py\n")
 
 
+def test_one_of_each_kind_is_taken_from_the_command_line(tmp_path: Path) -> None:
+    """Nothing is loaded before ``--plugin`` is read, by which each kind joins its index."""
+    files = [*MADE_UP.glob("*.py"), MADE_UP.parent / "added_channel" / "narrowing.py"]
+    ended = command(tmp_path, "--help", *(f"--plugin={file}" for file in files))
+    assert ended.returncode == 0, ended.stderr
+    assert "Pull the material by a tenth" in ended.stdout
+
+
 @pytest.mark.parametrize(
     ("key", "missing"),
     [
         ("material.law=my-law", "my_law.py"),
         ("extensions.my_effect.a=1", "my_effect.py"),
+        ("finger.kind=my_geometry", "my_geometry.py"),
+        ("food.kind=my-food", "my_food.py"),
+        ("food.kind=2 eggs", "FILE.py"),
     ],
 )
 def test_a_refusal_tells_which_plugin_is_missing(key: str, missing: str, tmp_path: Path) -> None:

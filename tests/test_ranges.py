@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 import dolfingrip.sections
 from dolfingrip import config
-from dolfingrip.cli.app import COMMANDS
 from dolfingrip.cli.command import settings_of
+from dolfingrip.cli.commands import COMMANDS
 from dolfingrip.config import ConfigError
 from dolfingrip.sections import errors
 from dolfingrip.sections.section import Section

@@ -13,7 +13,7 @@ from support.small import SHORT
 from typer.testing import CliRunner
 
 import dolfingrip
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import Config
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.mechanics.path.path import LoadPath

@@ -12,8 +12,8 @@ from typing import Any
 from docstrings import inline, table
 from pages import ROOT
 
-from dolfingrip.cli.app import COMMANDS
 from dolfingrip.cli.command import Setting, Subcommand, settings_of
+from dolfingrip.cli.commands import COMMANDS
 
 CALL = re.compile(r"scripts/run dolfingrip ([a-z-]+)")
 MOST_PAGES = 3

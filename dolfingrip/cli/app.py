@@ -9,13 +9,6 @@ from dolfingrip import plugins
 from dolfingrip.cli import edge
 
 
-def __getattr__(name: str) -> Any:
-    """Return ``app`` or ``COMMANDS``, which are made when they are first used."""
-    from dolfingrip.cli import commands
-
-    return getattr(commands, name)
-
-
 def _command() -> Any:
     """The command; its options are made of what there is, which plugins add to."""
     sys.argv[1:] = plugins.taken(sys.argv[1:])

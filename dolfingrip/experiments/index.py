@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from dolfingrip import plugins
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.lookup import classes
@@ -41,5 +42,5 @@ def find(name: str) -> Experiment:
             key if key == entry.command else f"{key} (or {entry.command})"
             for key, entry in EXPERIMENTS.items()
         ]
-        raise ConfigError(f"experiment {name}: allowed: {', '.join(allowed)}")
+        raise ConfigError(f"experiment {name}: allowed: {', '.join(allowed)}; {plugins.hint(name)}")
     return by_name[name]

@@ -74,17 +74,12 @@ def described(experiment: Experiment) -> list[tuple[str, str]]:
     Args:
         experiment: whose columns they are.
     """
-    filled = {
-        channel.name: channel.about
-        for channel in (
-            experiment.control,
-            channels.TIME,
-            channels.PRESSURE,
-            *channels.read_of(*experiment.parts),
-        )
+    of_parts = channels.read_of(*experiment.parts)
+    known = (experiment.control, channels.TIME, channels.PRESSURE, *of_parts)
+    about = {
+        channel.name: channel.about or channel.title for channel in (*known, *experiment.columns)
     }
-    special = {channel.name: channel.about for channel in experiment.columns}
-    meanings = {**channels.WORDS, **filled, **special, **EFFORT}
+    meanings = {**channels.WORDS, **about, **EFFORT}
     return [(name, meanings[name]) for name in columns(experiment) if name in meanings]
 
 

@@ -84,7 +84,7 @@ def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> Cl
 
 
 def _bumps(way: Floats, seed: int) -> Floats:
-    """(n,) heights along (n, 3) unit vectors."""
+    """Heights along (n, 3) unit vectors, (n,)."""
     rng = np.random.default_rng(seed)
     places = rng.normal(size=(SHAPE.bumps, 3))
     places /= np.linalg.norm(places, axis=1)[:, None]

@@ -136,7 +136,7 @@ def section_text(mesh: SolidMesh, width: int = 64) -> str:
 
 
 def _rim(facets: Ints) -> Ints:
-    """(k, 2) edges that one facet alone has."""
+    """Edges that one facet alone has, (k, 2)."""
     edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=-1).reshape(-1, 2)
     distinct, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     return np.asarray(distinct[count == 1])

@@ -77,7 +77,7 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     if info is None:  # a name that a user chose
         why = f"not a table; allowed: keys {', '.join(fields(location, root))}"
     else:
-        why = reason(first["type"], info, location[-1])
+        why = reason(first["type"], info, location[-1], str(first["input"]))
     value: Any = data
     last = max(i for i, part in enumerate(places) if not isinstance(part, int))
     for place in places[: last + 1]:
@@ -121,13 +121,14 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
-def reason(kind: str, info: Any, key: str) -> str:
+def reason(kind: str, info: Any, key: str, value: str = "") -> str:
     """Why a value is refused, and what is allowed.
 
     Args:
         kind: pydantic's type of the error.
         info: pydantic's description of the key.
         key: name of the key, which ends in its unit.
+        value: what is refused; a plugin may have it.
     """
     hint = bare(info.annotation)
     if isinstance(hint, type) and issubclass(hint, BaseModel):
@@ -135,7 +136,7 @@ def reason(kind: str, info: Any, key: str) -> str:
         return f"not a table; allowed: {keys}"
     if get_origin(hint) is Literal:
         choices = ", ".join(str(choice) for choice in get_args(hint))
-        return f"allowed: {choices}{'; ' + plugins.hint('FILE') if info.json_schema_extra else ''}"
+        return f"allowed: {choices}{'; ' + plugins.hint(value) if info.json_schema_extra else ''}"
     if hint is bool:
         return "allowed: true, false"
     if hint is Path:

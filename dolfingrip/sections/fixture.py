@@ -55,7 +55,7 @@ class Gravity(Section):
 
     @property
     def falls_mm_s2(self) -> np.ndarray:
-        """(3,) acceleration of what falls freely."""
+        """Acceleration of what falls freely, (3,)."""
         direction = np.asarray(self.direction, dtype=float)
         return 1000 * self.acceleration_m_s2 * direction / np.linalg.norm(direction)
 

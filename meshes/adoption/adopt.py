@@ -66,7 +66,7 @@ class AdoptedPart:
 
     @property
     def size_mm(self) -> np.ndarray:
-        """(3,) depth along x, width along y, length along z."""
+        """Depth along x, width along y, length along z, (3,)."""
         surface = self.roles.surface
         return np.asarray(np.ptp(surface.points[surface.triangles].reshape(-1, 3), axis=0))
 
@@ -204,7 +204,7 @@ def _released(mesh: SolidMesh, region: Box | str, held: np.ndarray) -> tuple[Sol
 
 
 def _surrounded(points: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """(n,) Whether points lie in the convex hull of others; none where these lie in a plane."""
+    """Mask (n,) of points in the convex hull of others; of none where these lie in a plane."""
     middle, size = others.mean(axis=0), float(np.ptp(others, axis=0).max())
     if np.linalg.matrix_rank(others - middle, tol=1e-6 * size) < 3:
         return np.zeros(len(points), dtype=bool)
@@ -213,7 +213,7 @@ def _surrounded(points: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _on_walls(surface: Faces, points: Floats, triangles: Ints) -> np.ndarray:
-    """(m,) whether a triangle lies on the walls of a cavity, which has its own triangles."""
+    """Mask, (m,): whether a triangle lies on the walls of a cavity, which has its own triangles."""
     walls = consistent(points, triangles)
     rows, away = nearest(points, walls, surface.middles)
     a, b, c = (points[walls[rows, i]] for i in range(3))
@@ -225,7 +225,7 @@ def _on_walls(surface: Faces, points: Floats, triangles: Ints) -> np.ndarray:
 
 
 def _known(mesh: SolidMesh, outer: np.ndarray, of: np.ndarray) -> dict[str, np.ndarray]:
-    """(m,) triangles of each group that the file has and that needs no guess."""
+    """Triangles of each group that the file has and that needs no guess, (m,)."""
     masks = {}
     for name, facets in mesh.facets.items():
         if name not in (groups.SKIN, groups.SYMMETRY) and len(facets):

@@ -192,7 +192,7 @@ def _cut_off(surface: Faces, rows: Ints, height: Floats) -> tuple[Floats, Faces,
 
 
 def _loop(edges: Ints) -> Ints | None:
-    """(k,) points of directed edges in their order; None if they are not one closed line."""
+    """Points of directed edges in their order, (k,); None if they are not one closed line."""
     following = {int(a): int(b) for a, b in edges}
     start = int(edges[0, 0])
     walk, here = [start], following[start]

@@ -171,7 +171,7 @@ def _of_3mf(path: Path) -> object:
 
 
 def _transform(element: Element) -> tuple[Floats, Floats]:
-    """(3, 3) and (3,) that rows of points are turned and then moved by."""
+    """Matrix (3, 3) and vector (3,) that rows of points are turned and then moved by."""
     numbers = element.get("transform")
     if numbers is None:
         return np.eye(3), np.zeros(3)

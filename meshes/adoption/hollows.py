@@ -35,7 +35,7 @@ class Opening:
 
     @property
     def normal(self) -> Floats:
-        """(3,) unit normal out of the solid."""
+        """Unit normal out of the solid, (3,)."""
         return np.asarray(self.vector_mm2 / self.area_mm2)
 
 

@@ -119,72 +119,91 @@ def assign(
     """
     said: dict[str, str] = {}
     masks = masks or {}
-    clamp = masks.get(CLAMP)
-    held = -1
+    clamp, held = masks.get(CLAMP), -1
     if clamp is not None:
         held = int(surface.face.max()) + 1
         surface = replace(surface, face=np.where(clamp, held, surface.face))
     voids, shell = hollows(surface, held)
-    cavities = _known_cavities(surface, masks, said)
-    numbered = bool(cavities or hints.cavities)
-    cavities = cavities or _cavities(surface, voids, hints, said)
     outer = shell == _outer_shell(surface, shell)
-    inside = np.zeros(len(outer), dtype=bool)
-    for hollow in cavities:
-        inside[hollow.triangles] = True
+    known = _known_cavities(surface, masks, said)
+    cavities = known or _cavities(surface, voids, hints, said)
     if clamp is None:
+        inside = np.zeros(len(outer), dtype=bool)
+        for hollow in cavities:
+            inside[hollow.triangles] = True
         clamp = _clamp(surface, outer & ~inside, cavities, hints, said)
     z = _axis(surface, clamp)
-    if cavities and not numbered:  # of those that are as large, the nearest to the clamp first
+    if cavities and not (known or hints.cavities):  # of as large ones the nearest to the clamp
         most = cavities[0].volume_mm3
         cavities.sort(key=lambda one: (-round(one.volume_mm3 / most, 2), one.centre_mm @ z))
-    for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
+    names = cavity_names(max(len(cavities), 1))
+    for name, hollow in zip(names, cavities, strict=False):
         said.setdefault(name, _of_hollow(hollow))
     x = _front(surface, cavities, z, hints, said)
-    rotation = np.stack([x, np.cross(z, x), z])
+    rotation, base = np.stack([x, np.cross(z, x), z]), _base(surface, clamp, z)
     centre = _centroid(surface) if centre is None else centre
-    base = np.average(surface.middles[clamp], axis=0, weights=surface.areas[clamp])
-    if not _is_plane(surface, clamp, z):  # the part is free from there on
-        base += z * ((surface.points[surface.triangles[clamp]] - base) @ z).max()
-    turned = surface.points[np.unique(surface.triangles[outer])] @ rotation.T
-    level = np.array([turned[:, 0].min(), (rotation @ centre)[1], (rotation @ base)[2]])
-    # a plane that misses a part's own seam by rounding errors would cut off slivers
-    origin = rotation.T @ np.round(level, 6)
+    origin = _origin(surface.points[np.unique(surface.triangles[outer])], rotation, centre, base)
     framed = surface.moved(rotation, origin)
     groups = np.full(len(outer), SKIN, dtype="<U16")
     groups[clamp] = CLAMP
-    for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
+    for name, hollow in zip(names, cavities, strict=False):
         groups[hollow.triangles] = name
-    start = None
-    if TIP in masks:
-        groups[masks[TIP]] = TIP
-    else:
+    tip, start = masks.get(TIP), None
+    if tip is None:
         tip, start = _tip(framed, groups == SKIN, hints, rotation, origin, said)
-        groups[tip] = TIP
+    groups[tip] = TIP
     said |= {name: "group of the file" for name in (CLAMP, TIP) if name in masks}
     if CLAMP in masks and not _is_plane(surface, clamp, z):
         said[CLAMP] += f"; what it surrounds gives way (--clamp-region {CLAMP} holds it as a whole)"
     if hints.held:
         area = surface.areas[clamp].sum()
         said[CLAMP] = f"{area:.4g} mm² where what --clamp-region holds ends, at {place(base)}"
-    caps = [
-        opening
-        for hollow in cavities
-        for opening in hollow.openings
-        if not np.isin(opening.rim, surface.triangles[clamp]).all()
-    ]
+    caps = _caps(surface, clamp, cavities, said)
+    even = _is_even(framed, groups, hints, said)
+    said = {name: said[name] for name in names} | said
+    return Roles(hints, framed, groups, rotation, origin, cavities, caps, even, start, said)
+
+
+def _base(surface: Faces, clamp: np.ndarray, z: Floats) -> Floats:
+    """A point of the clamp, (3,), from whose level on the part is free."""
+    base = np.average(surface.middles[clamp], axis=0, weights=surface.areas[clamp])
+    if not _is_plane(surface, clamp, z):
+        base += z * ((surface.points[surface.triangles[clamp]] - base) @ z).max()
+    return np.asarray(base)
+
+
+def _origin(outside: Floats, rotation: Floats, centre: Floats, base: Floats) -> Floats:
+    """The origin, (3,): the lowest x of the outside, the y of the centre, the z of the clamp.
+
+    A plane that misses a part's own seam by rounding errors would cut off slivers.
+    """
+    lowest = (outside @ rotation.T)[:, 0].min()
+    level = np.array([lowest, (rotation @ centre)[1], (rotation @ base)[2]])
+    return np.asarray(rotation.T @ np.round(level, 6))
+
+
+def _caps(
+    surface: Faces, clamp: np.ndarray, cavities: list[Hollow], said: dict[str, str]
+) -> list[Opening]:
+    """The openings away from the clamp."""
+    of_clamp = surface.triangles[clamp]
+    openings = [opening for hollow in cavities for opening in hollow.openings]
+    caps = [opening for opening in openings if not np.isin(opening.rim, of_clamp).all()]
     for opening in caps:
         across = 2 * np.sqrt(opening.area_mm2 / np.pi)
         said["cap"] = (
             f"closes {len(caps)} opening{'s' if len(caps) > 1 else ''} away from the clamp, one of "
             f"{across:.3g} mm at {place(opening.centre_mm)}"
         )
-    off_mm = _off_mm(framed, groups)
-    near_mm = framed.policy.even * framed.extent
+    return caps
+
+
+def _is_even(framed: Faces, groups: np.ndarray, hints: Asked, said: dict[str, str]) -> bool:
+    """Return whether a part is its own mirror image in y = 0."""
+    off_mm, near_mm = _off_mm(framed, groups), framed.policy.even * framed.extent
     even = off_mm <= near_mm
-    said = {name: said[name] for name in cavity_names(max(len(cavities), 1))} | said
     said["symmetry"] = f"{_of_symmetry(even, hints)}; {_compared(off_mm, near_mm)}"
-    return Roles(hints, framed, groups, rotation, origin, cavities, caps, even, start, said)
+    return even
 
 
 def _of_symmetry(even: bool, hints: Asked) -> str:
@@ -202,7 +221,7 @@ def _centroid(surface: Faces) -> Floats:
 
 
 def _axis(surface: Faces, clamp: np.ndarray) -> Floats:
-    """(3,) the direction z from the clamp into the part."""
+    """The direction z from the clamp into the part, (3,)."""
     vector = -surface.vectors[clamp].sum(axis=0)
     if np.linalg.norm(vector) < surface.policy.faces * surface.areas[clamp].sum():
         # it faces all ways, such as a collar's outside
@@ -286,7 +305,7 @@ def _nearest(surface: Faces, voids: list[Hollow], points: Floats) -> Hollow:
 def _clamp(
     surface: Faces, free: np.ndarray, cavities: list[Hollow], hints: Asked, said: dict[str, str]
 ) -> np.ndarray:
-    """(m,) whether a triangle is clamped: all plane faces in one plane."""
+    """Mask, (m,): whether a triangle is clamped: all plane faces in one plane."""
     near = surface.near_mm
     if hints.clamp is not None:
         row = _nearest_triangle(surface, free, np.asarray(hints.clamp))
@@ -371,7 +390,7 @@ def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:
 def _front(
     surface: Faces, cavities: list[Hollow], z: Floats, hints: Asked, said: dict[str, str]
 ) -> Floats:
-    """(3,) the direction x from the side that limits strain to the other."""
+    """The direction x from the side that limits strain to the other, (3,)."""
     across = np.eye(3) - np.outer(z, z)
     centre = _centroid(surface)
     around = across @ np.cov((surface.middles - centre).T, aweights=surface.areas) @ across
@@ -481,7 +500,7 @@ def _tip(
     framed: Faces, skin: np.ndarray, hints: Asked, rotation: Floats, origin: Floats,
     said: dict[str, str],
 ) -> tuple[np.ndarray, float | None]:  # fmt: skip
-    """(m,) triangles of the tip: the face at the free end, or the end's last part and its start."""
+    """Triangles (m,) of the tip: the face at the free end, or the end's last part and its start."""
     z = framed.points[:, 2]
     length = float(z[framed.triangles[skin]].max())
     if hints.tip is not None:

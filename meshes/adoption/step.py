@@ -234,7 +234,7 @@ def _faces(solids: dict[int, str], size_mm: float = 0.0) -> tuple[Faces, list[in
 
 
 def _centre(solids: dict[int, str]) -> np.ndarray:
-    """(3,) the exact centre of gravity, without rounding errors where it lies in a seam's plane."""
+    """Exact centre of gravity (3,), without rounding errors where it lies in a seam's plane."""
     volumes = [gmsh.model.occ.getMass(3, tag) for tag in solids]
     centres = [gmsh.model.occ.getCenterOfMass(3, tag) for tag in solids]
     return np.asarray(np.average(centres, axis=0, weights=volumes))

@@ -298,7 +298,7 @@ def insert(surface: Faces) -> None:
 
 
 def _numbered(surface: Faces) -> Ints:
-    """(m,) number of a face for each triangle: connected ones in one plane, single triangles."""
+    """Number of a face for each triangle, (m,): connected ones in one plane, single triangles."""
     at, _ = surface.pairs
     plane = surface.plane[surface.face]
     one, other = surface.normals[at[:, 0]], surface.normals[at[:, 1]]
@@ -309,7 +309,7 @@ def _numbered(surface: Faces) -> Ints:
 
 
 def _flattened(surface: Faces, face: Ints) -> Floats:
-    """(n, 3) points, each in all planes of its faces that it is off by rounding.
+    """Points, each in all planes of its faces that it is off by rounding, (n, 3).
 
     A part that is turned has no coordinate in common along a plane, so that rounding bends plane
     faces and their straight edges, which would end at each point.
@@ -342,7 +342,7 @@ def _flattened(surface: Faces, face: Ints) -> Floats:
 
 
 def _corners(surface: Faces, edges: Ints) -> np.ndarray:
-    """(n,) points at which a line ends."""
+    """Points at which a line ends, (n,)."""
     count = np.bincount(edges.ravel(), minlength=len(surface.points))
     corner = count != 2
     others = np.zeros((len(surface.points), 2), dtype=np.int64)

@@ -85,23 +85,23 @@ class Faces:
 
     @cached_property
     def vectors(self) -> Floats:
-        """(m, 3) area vectors, out of the solid (mm²)."""
+        """Area vectors, out of the solid (mm²), (m, 3)."""
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         return np.asarray(np.cross(b - a, c - a) / 2)
 
     @cached_property
     def areas(self) -> Floats:
-        """(m,) areas (mm²)."""
+        """Areas (mm²), (m,)."""
         return np.asarray(np.linalg.norm(self.vectors, axis=1))
 
     @cached_property
     def normals(self) -> Floats:
-        """(m, 3) unit normals out of the solid."""
+        """Unit normals out of the solid, (m, 3)."""
         return self.vectors / np.maximum(self.areas, 1e-300)[:, None]
 
     @cached_property
     def middles(self) -> Floats:
-        """(m, 3) centres (mm)."""
+        """Centres (mm), (m, 3)."""
         return np.asarray(self.points[self.triangles].mean(axis=1))
 
     @cached_property
@@ -116,29 +116,29 @@ class Faces:
 
     @cached_property
     def volumes(self) -> Floats:
-        """(m,) signed volumes of tetrahedra from the origin to each triangle (mm³)."""
+        """Signed volumes of tetrahedra from the origin to each triangle (mm³), (m,)."""
         return np.asarray(np.einsum("ij,ij->i", self.middles, self.vectors) / 3)
 
     @cached_property
     def pairs(self) -> tuple[Ints, Ints]:
-        """(k, 2) triangles at each edge, and (k, 2) the edge's points as the first one turns."""
+        """Triangles (k, 2) at each edge, and (k, 2) the edge's points as the first one turns."""
         return pairs(self.triangles)
 
     @cached_property
     def face_vectors(self) -> Floats:
-        """(f, 3) area vectors of the faces (mm²)."""
+        """Area vectors of the faces (mm²), (f, 3)."""
         vectors = np.zeros((int(self.face.max()) + 1, 3))
         np.add.at(vectors, self.face, self.vectors)
         return vectors
 
     @cached_property
     def face_areas(self) -> Floats:
-        """(f,) areas of the faces (mm²)."""
+        """Areas of the faces (mm²), (f,)."""
         return np.asarray(np.bincount(self.face, self.areas), dtype=float)
 
     @cached_property
     def plane(self) -> np.ndarray:
-        """(f,) whether each face is plane."""
+        """Mask, (f,): whether each face is plane."""
         length = np.linalg.norm(self.face_vectors, axis=1)
         mean = self.face_vectors / np.maximum(length, 1e-300)[:, None]
         cosine = np.einsum("ij,ij->i", self.normals, mean[self.face])
@@ -148,7 +148,7 @@ class Faces:
         return np.asarray(least > np.cos(np.radians(2 * self.policy.flat_deg)))
 
     def components(self, joined: np.ndarray | None = None) -> Ints:
-        """(m,) number of the connected part of each triangle.
+        """Number of the connected part of each triangle, (m,).
 
         Args:
             joined: (k,) edges of ``pairs`` that connect; all where None.
@@ -183,19 +183,19 @@ class Outline:
         return float(np.linalg.norm(b - a, axis=1).sum())
 
     def centre_mm(self, surface: Faces) -> Floats:
-        """(3,) mean of the line."""
+        """Mean of the line, (3,)."""
         a, b = (surface.points[self.ends[:, i]] for i in (0, 1))
         weights = np.linalg.norm(b - a, axis=1)
         return np.asarray(np.average((a + b) / 2, axis=0, weights=weights))
 
     def vector_mm2(self, surface: Faces) -> Floats:
-        """(3,) area vector that the line encloses."""
+        """Area vector that the line encloses, (3,)."""
         a, b = (surface.points[self.ends[:, i]] - self.centre_mm(surface) for i in (0, 1))
         return np.asarray(np.cross(a, b).sum(axis=0) / 2)
 
 
 def pairs(triangles: Ints) -> tuple[Ints, Ints]:
-    """(k, 2) triangles at each edge, and (k, 2) its points; edges with two triangles only."""
+    """Triangles (k, 2) at each edge, and (k, 2) its points; edges with two triangles only."""
     ends = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
     owner = np.tile(np.arange(len(triangles)), 3)
     order = np.lexsort(np.sort(ends, axis=1).T)
@@ -206,13 +206,13 @@ def pairs(triangles: Ints) -> tuple[Ints, Ints]:
 
 
 def edge_counts(triangles: Ints) -> tuple[Ints, Ints]:
-    """(k, 2) all edges, and (k,) how many triangles each has."""
+    """All edges (k, 2), and (k,) how many triangles each has."""
     ends = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     return np.unique(ends, axis=0, return_counts=True)
 
 
 def parts_of(links: Ints, count: int) -> Ints:
-    """(count,) number of the connected part of each item.
+    """Number of the connected part of each item, (count,).
 
     Args:
         links: (k, 2) items that are connected.
@@ -246,7 +246,7 @@ def consistent(points: Floats, triangles: Ints) -> Ints:
 
 
 def _outer(points: Floats, triangles: Ints, part: Ints) -> np.ndarray:
-    """(parts,) whether a shell lies in an even number of others."""
+    """Mask, (parts,): whether a shell lies in an even number of others."""
     from dolfingrip.meshes.closed_surface import ClosedSurface
 
     count = int(part.max()) + 1
@@ -269,7 +269,7 @@ def _outer(points: Floats, triangles: Ints, part: Ints) -> np.ndarray:
 
 
 def segmented(points: Floats, triangles: Ints, policy: FacePolicy) -> Ints:
-    """(m,) faces of a surface without faces: planes first, then what has no crease between it.
+    """Faces of a surface without faces, (m,): planes first, then what has no crease between it.
 
     A flat piece is a face of its own if it has creases all around, or is much wider than the flat
     pieces that follow it without a crease. Else it is a facet of a curved face.
@@ -288,7 +288,7 @@ def segmented(points: Floats, triangles: Ints, policy: FacePolicy) -> Ints:
 
 
 def _facets(flats: Faces, at: Ints, ends: Ints) -> np.ndarray:
-    """(f,) whether a flat piece is not much wider than one that follows it without a crease.
+    """Mask, (f,): whether a flat piece is not much wider than one that follows it without a crease.
 
     Args:
         flats: with flat pieces as faces.

@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.answer.errors import instrument_noise
 from dolfingrip.diagnosis.data.measurement import read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write as write_diagnosis
-from dolfingrip.experiments import Result, run, synthetic
+from dolfingrip.experiments import Result, recorder, run, synthetic
 from dolfingrip.experiments.index import find
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.files.diagnosis import DiagnosisFile
@@ -59,6 +59,7 @@ def of_an_experiment(folder: Path) -> Result:
         by_nu[NAME], -WIDTH_MM * np.array(by_nu["transverse_strain"]), rtol=1e-5, atol=1e-9
     )
     assert NAME in header(folder / "result.csv")
+    assert dict(recorder.described(coupon))[NAME] == CHANNELS[NAME].title
     table = tabulate((coupon.table, result.columns()))
     shown = {" ".join(str(each.header).split()): list(each.cells) for each in table.columns}
     assert shown["Narrowing (mm)"] == [f"{each:.3f}" for each in narrowed_mm]

@@ -20,7 +20,7 @@ from support.campaign_store import failures
 from support.command import run_command
 from typer.testing import CliRunner, Result
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan

@@ -18,7 +18,7 @@ from support.invented import COG, FORCE, TWO, Invented, written
 from typer.testing import CliRunner
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import starts
 from dolfingrip.design.gradient.descent import DescentPolicy, NoStart, Trial, TrustRegionSQP

@@ -11,7 +11,7 @@ import pytest
 from support import analytic, stand_in
 from typer.testing import CliRunner, Result
 
-from dolfingrip.cli import app as cli
+from dolfingrip.cli import commands as cli
 from dolfingrip.cli import loop_commands, surrogate_commands
 from dolfingrip.cli.settings import OptimiseSettings
 from dolfingrip.config import Config, ConfigError

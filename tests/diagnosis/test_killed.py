@@ -13,7 +13,7 @@ import pytest
 from support.example import EXAMPLES
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError
 from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.jobs.spool import Spool

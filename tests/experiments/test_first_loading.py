@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from dolfingrip import config
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.first_loading import (

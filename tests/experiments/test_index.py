@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import typer.main
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import index, run
 from dolfingrip.experiments.experiment import Experiment

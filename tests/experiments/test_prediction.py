@@ -12,7 +12,7 @@ from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip import config
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError, changed
 from dolfingrip.experiments.prediction import PressureCurve, further, predict
 from dolfingrip.sections import posterior

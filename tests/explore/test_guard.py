@@ -17,7 +17,7 @@ from starlette.websockets import WebSocketDisconnect
 from typer.testing import CliRunner
 
 from dolfingrip import config
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.explore import describe, server, space
 from dolfingrip.explore.library import Library
 from dolfingrip.explore.session import Session

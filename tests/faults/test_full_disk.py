@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli import app as cli
-from dolfingrip.cli.app import COMMANDS
+from dolfingrip.cli.commands import COMMANDS, app
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.surrogate.surrogate import load
 from dolfingrip.design.surrogate.training import TrainingSettings, train
@@ -201,7 +201,7 @@ def test_doe(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> Non
     def answered() -> int:
         return sum(row.status != "pending" for row in campaign.read(out).designs)
 
-    assert CliRunner().invoke(cli.app, [*map(str, asked), "3"]).exit_code == 0
+    assert CliRunner().invoke(app, [*map(str, asked), "3"]).exit_code == 0
     refuse(*asked, 5, names="doe/campaign.sqlite", changed=True)
     assert answered() == 3
     # a limit of files' sizes also holds for the memory that SQLite shares beside what it reads
@@ -212,7 +212,7 @@ def test_doe(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> Non
         patch.setattr(Spool, "write", _full(out / "spool" / "answer.json", disk))
         refuse(*asked, 5, names="doe/spool/answer.json", left=4 << 20, changed=True)
     assert answered() == 3
-    assert CliRunner().invoke(cli.app, [*map(str, asked), "5"]).exit_code == 0
+    assert CliRunner().invoke(app, [*map(str, asked), "5"]).exit_code == 0
     assert answered() == 5
 
 

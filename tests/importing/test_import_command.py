@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.cli.import_command import import_table
 from dolfingrip.cli.settings import ImportSettings
 from dolfingrip.config import ConfigError

@@ -11,7 +11,7 @@ import pytest
 from support.example import EXAMPLES
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.cli.import_command import named
 from dolfingrip.config import ConfigError
 from dolfingrip.importing import importing

@@ -13,7 +13,7 @@ from support.small import short
 from support.this_process import ThisProcess
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan

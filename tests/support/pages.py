@@ -20,12 +20,10 @@ stands for :data:`SMALL`. Pages that the documentation's build executes need no 
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import chdir
 from dataclasses import dataclass
@@ -163,34 +161,23 @@ def clone(folder: Path) -> Path:
 
 
 def run(commands: Sequence[str], folder: Path) -> None:
-    """Run commands one after another, those of dolfingrip in one process.
-
-    It is this process, unless they change the package's own files.
+    """Run commands one after another.
 
     Args:
         commands: of a block.
         folder: the clone.
     """
-    if not any(f"{name}/" in each for each in commands for name in PACKAGE):
-        with chdir(folder):
-            perform(commands)
-        return
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT / "tests")])}
-    code = f"from support.pages import perform; perform({list(commands)!r})"
-    ended = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=folder, env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ended.returncode == 0, f"{ended.stdout}\n{ended.stderr}"
+    with chdir(folder):
+        perform(commands)
 
 
 def perform(commands: Sequence[str]) -> None:
-    """Run commands in the present folder, those of dolfingrip in this process.
+    """Run commands in the present folder, those of dolfingrip without a plugin in this process.
 
     Args:
         commands: of a block.
     """
-    from dolfingrip.cli.app import app
+    from dolfingrip.cli.commands import app
 
     for command in commands:
         failed = 0
@@ -200,7 +187,7 @@ def perform(commands: Sequence[str]) -> None:
             _python(code, sizes)
         elif command.startswith("scripts/run python -c "):
             _python(shlex.split(command)[3])
-        elif command.startswith(DOLFINGRIP) and not set("|>&;") & set(command):
+        elif command.startswith(DOLFINGRIP) and not re.search(r"[|>&;]|--plugin", command):
             failed = app(shlex.split(command)[2:], prog_name="dolfingrip", standalone_mode=False)
         else:
             failed = subprocess.run(

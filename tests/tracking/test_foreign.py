@@ -17,7 +17,7 @@ import pytest
 from support.command import run_command
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError
 
 NAMES = ("tip", "base", "mid")

@@ -18,7 +18,7 @@ from support import chromium
 from support.filmed import Filmed, arc, write
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import ConfigError
 from dolfingrip.serving.listening import bound
 from dolfingrip.tracking.pick import application, clicked

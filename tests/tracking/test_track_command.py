@@ -13,7 +13,7 @@ from support.command import run_command
 from support.filmed import Filmed, arc, write
 from typer.testing import CliRunner
 
-from dolfingrip.cli.app import app
+from dolfingrip.cli.commands import app
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import measurement
 

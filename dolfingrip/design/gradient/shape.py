@@ -136,7 +136,7 @@ class UnloadedShape:
         return moved(points, self._all.geometry, self._adapted.geometry)
 
     def _slopes(self, points: Floats) -> Floats:
-        """(variables, n, 3) velocities of straight points."""
+        """Velocities of straight points, (variables, n, 3)."""
         velocity = np.zeros((len(self._all.variables), len(points), 3))
         by_key = velocities(self._all.shaped, self.config, points) if self._all.shaped else {}
         for row, variable in enumerate(self._all.variables):

@@ -43,7 +43,7 @@ def source(name: str, said: str) -> QuantitySource:
         if name in candidate.names:
             return candidate
     allowed = ", ".join(name for candidate in SOURCES for name in candidate.names)
-    raise ConfigError(f"{said}: allowed: {allowed}")
+    raise ConfigError(f"{said}: allowed: {allowed}; {plugins.hint('')}")
 
 
 def quantity(said: str, name: str, places: Places, experiment: str | None = None) -> Quantity:

@@ -26,7 +26,7 @@ FACING = "facing plate"
 
 
 def normal_of(plate: PlateSettings) -> np.ndarray:
-    """(3,) normal of the tilted plate, towards the finger.
+    """Normal of the tilted plate, towards the finger, (3,).
 
     Args:
         plate: of the configuration.

@@ -139,7 +139,7 @@ class GraspReadings:
     # -- forces ------------------------------------------------------------------------------------
 
     def normal_N(self) -> np.ndarray:
-        """(3,) sum of each finger's normal forces on the object."""
+        """Sum of each finger's normal forces on the object, (3,)."""
         gripper = self._gripper
         near = gripper.contact.near(gripper.model.u.x.array)
         sizes = np.linalg.norm(near.forces, axis=1)
@@ -148,14 +148,14 @@ class GraspReadings:
         return self._each(normal * [2, 1]) if self._half else normal
 
     def _each(self, values: np.ndarray) -> np.ndarray:
-        """(3,) values of all fingers; finger C has those of finger B."""
+        """Values of all fingers, (3,); finger C has those of finger B."""
         return values[[0, 1, 1]] if self._half else values
 
     def _sum(self, local: np.ndarray) -> np.ndarray:
         return np.asarray(self._comm.allreduce(local, MPI.SUM))
 
     def on_object_N(self) -> np.ndarray:
-        """(3, 3) force of each finger on the object, with friction."""
+        """Force of each finger on the object, with friction, (3, 3)."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         near = gripper.contact.near(dofs)
         forces = np.zeros((gripper.placement.count, 3))
@@ -170,12 +170,12 @@ class GraspReadings:
         return np.array([forces[0] + MIRROR * forces[0], forces[1], MIRROR * forces[1]])
 
     def _table_friction_N(self) -> np.ndarray:
-        """(3,) on the object."""
+        """On the object, (3,)."""
         force = -self._gripper.table_friction.forces_N(self._gripper.model.u.x.array)[0]
         return force + MIRROR * force if self._half else force
 
     def angles_deg(self) -> np.ndarray:
-        """(3,) rotation of each tip face's area vector about its finger's y, towards the food.
+        """Rotation of each tip face's area vector about its finger's y, towards the food, (3,).
 
         It is the angle of a single finger, for the polygons between the face's nodes. It goes on
         beyond 180° as long as no face turns by more between two accepted steps.
@@ -264,7 +264,7 @@ class GraspReadings:
 
 
 def _areas(triangles: np.ndarray) -> np.ndarray:
-    """(m, 3) twice the area vectors of (m, 3, 3) triangles."""
+    """Twice the area vectors of (m, 3, 3) triangles, (m, 3)."""
     a, b, c = (triangles[:, i] for i in range(3))
     return np.cross(b - a, c - a)
 

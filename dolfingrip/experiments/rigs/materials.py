@@ -103,7 +103,7 @@ def weight_name(part: str = REST) -> str:
 
 
 def weight_value(config: Setup, part: str = REST) -> np.ndarray:
-    """(3,) dead weight of a part per reference volume (N/mm³)."""
+    """Dead weight of a part per reference volume (N/mm³), (3,)."""
     density = config.material.of(part).density_kg_m3
     return np.asarray(T_MM3 * density * config.gravity.falls_mm_s2)
 

@@ -124,7 +124,7 @@ class WallGap(Reading):
 
 
 def _parts(floor_mm: float, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:
-    """(n,) number of gaps before each reference point (along z); −1 for points below the gaps."""
+    """Number of gaps before each reference point (along z), (n,); −1 for points below the gaps."""
     part = np.zeros(len(points), dtype=np.int64)
     for start, end in gaps:
         part[points[:, 2] > (start + end) / 2] += 1

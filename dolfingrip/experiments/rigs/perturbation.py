@@ -147,7 +147,7 @@ class ParameterPerturbation:
 
 
 def velocity(parameter: Parameter, config: Config, mesh_points: np.ndarray) -> np.ndarray:
-    """(n, 3) velocity of a finger's mesh points (mm for each unit of the parameter).
+    """Velocity of a finger's mesh points (mm for each unit of the parameter), (n, 3).
 
     The mesh moves with the finger's dimensions (:mod:`dolfingrip.meshes.dimensions`) and with the
     morph, while its cells and their grading stay. A new mesh would add the change of the mesh's own

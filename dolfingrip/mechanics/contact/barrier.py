@@ -86,7 +86,7 @@ class BarrierContact(Term):
         self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
-        """(v, 3) deformed positions (mm) for distances; no two edges lie on one line."""
+        """Deformed positions (mm) for distances, (v, 3); no two edges lie on one line."""
         return np.asfortranarray(self.surface.positions(dofs) + self._jitter)
 
     # -- pairs ---------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ class BarrierContact(Term):
         return float(self._potential(self._felt(now), self._mesh, now))
 
     def gradient(self, dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) gradient (N) at the surface's nodes."""
+        """Gradient (N) at the surface's nodes, (n, 3)."""
         now = self.positions(dofs)
         pairs = self._felt(now)
         if pairs.empty():
@@ -131,7 +131,7 @@ class BarrierContact(Term):
         return self.surface.gathered(self._potential.gradient(pairs, self._mesh, now))
 
     def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
-        """(3n, 3n) Hessian (N/mm) at the nodes; None without contact.
+        """Hessian (N/mm) at the nodes, (3n, 3n); None without contact.
 
         Args:
             dofs: displacement.
@@ -146,7 +146,7 @@ class BarrierContact(Term):
         return sp.coo_matrix(spread.T @ at_vertices @ spread)
 
     def rest_gradient(self, dofs: np.ndarray) -> np.ndarray:
-        """(v, 3) derivatives (N) by the vertices' rest places at fixed deformed positions.
+        """Derivatives (N) by the vertices' rest places at fixed deformed positions, (v, 3).
 
         Rest places decide the pairs' areas, and the lengths up to which nearly parallel edges are
         mollified. ipctk 1.6's own ``shape_derivative`` is 1 % off for pairs of edges.
@@ -228,7 +228,7 @@ class BarrierContact(Term):
         return vertices, shares, apart, float(force), float(rise)
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) zeros, because its pairs touch only nodes."""
+        """Zeros, because its pairs touch only nodes, (3,)."""
         return np.zeros(3)
 
     # -- as a term -----------------------------------------------------------------------------
@@ -342,7 +342,7 @@ def _collision_mesh(surface: Surface, jitter: np.ndarray, *, separate: bool) -> 
 
 
 def _around(faces: np.ndarray, count: int) -> np.ndarray:
-    """(count, most) triangles around each vertex; the last one again where it has fewer."""
+    """Triangles around each vertex, (count, most); the last one again where it has fewer."""
     order = np.argsort(faces, axis=None)
     numbers = np.bincount(faces.ravel(), minlength=count)
     starts = np.cumsum(numbers) - numbers
@@ -364,7 +364,7 @@ def _known(
 def _between(
     identities: np.ndarray, now: np.ndarray, edges: np.ndarray, faces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 4) vertices of pairs, −1 beyond the last one, and (n, 3) ways (mm) between their parts.
+    """Vertices (n, 4) of pairs, −1 beyond the last one, and (n, 3) ways (mm) between their parts.
 
     The kind of a pair tells where its parts are nearest: within its edge, or its triangle.
     """
@@ -391,17 +391,17 @@ def _between(
 
 
 def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(n, 1) products of rows."""
+    """Products of rows, (n, 1)."""
     return np.sum(first * second, axis=1, keepdims=True)
 
 
 def _along(ways: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    """(n, 3) parts of ``ways`` along ``lines``."""
+    """Parts of ``ways`` along ``lines``, (n, 3)."""
     return np.asarray(lines * _dot(ways, lines) / _dot(lines, lines))
 
 
 def _jitter(surface: Surface, part: float) -> np.ndarray:
-    """(v, 3) random displacement (mm) of the vertices, at most this part of an edge.
+    """Random displacement (mm) of the vertices, at most this part of an edge, (v, 3).
 
     ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a
     distance of 0 whose barrier is infinite; and the corners of neighbouring bellows are such edges.

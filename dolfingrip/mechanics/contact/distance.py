@@ -287,7 +287,7 @@ def _ahead(path: Path, least: np.ndarray, bounds: Bounds) -> float:
 
 
 def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """(n,) smallest positive t at which spare + t slope − t² bend/2 vanishes."""
+    """Smallest positive t at which spare + t slope − t² bend/2 vanishes, (n,)."""
     root = np.sqrt(slope**2 + 2 * bend * spare)
     below = root - slope
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -61,7 +61,7 @@ def _borne(wrenches: np.ndarray, way: np.ndarray) -> float:
 def _wrenches(
     points_mm: np.ndarray, normals: np.ndarray, friction: float, edges: int
 ) -> np.ndarray:
-    """(6, n edges) forces and moments of the pyramids' edges, moments by the points' spread."""
+    """Forces and moments of the pyramids' edges, moments by the points' spread, (6, n edges)."""
     helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
     one = np.cross(normals, helper)
     one /= np.linalg.norm(one, axis=1)[:, None]

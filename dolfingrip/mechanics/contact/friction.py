@@ -46,7 +46,7 @@ class Ramp:
     def curvature(
         self, slip: np.ndarray, limit_N: np.ndarray, normals: np.ndarray, *, convex: bool = False
     ) -> np.ndarray:
-        """(m, 3, 3) second derivatives (N/mm) of limits (m,) times f0 in planes with given normals.
+        """Second derivatives (m, 3, 3) (N/mm) of limits (m,) times f0 in planes with given normals.
 
         D = μN [a P + (f0'' − a) ŝ ŝᵀ] for each pair, a = f0'/|s| and f0'' = 2 (1 − |s|/ε)/ε.
 
@@ -68,7 +68,7 @@ class Ramp:
 
 
 def size_of(slip: np.ndarray) -> np.ndarray:
-    """(m,) lengths of (m, 3) vectors."""
+    """Lengths of (m, 3) vectors, (m,)."""
     return np.asarray(np.linalg.norm(slip, axis=1))
 
 
@@ -162,17 +162,17 @@ class Friction(Term, Lagged, Memory):
     # -- slip --------------------------------------------------------------------------------------
 
     def _slip(self, dofs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 3) s (mm) of the pairs and (m,) |s|."""
+        """Elastic slip s (mm), (m, 3), of the pairs, and |s|, (m,)."""
         moved = self._nodes.at_nodes(dofs) - self._before
         slip = self._lagged.slip(moved) + self._lagged.flat(self._memory)
         return slip, size_of(slip)
 
     def _limit_N(self) -> np.ndarray:
-        """(m,) forces μN at which pairs slide."""
+        """Forces μN at which pairs slide, (m,)."""
         return float(self.coefficient.value) * self._lagged.normal_N
 
     def _at_nodes(self, normal_N: np.ndarray, dofs: np.ndarray) -> np.ndarray:
-        """(k, 3) gradient (N) at the nodes for given limits of the pairs."""
+        """Gradient (N) at the nodes for given limits of the pairs, (k, 3)."""
         slip, size = self._slip(dofs)
         return np.asarray(
             self._lagged.weights.T @ ((normal_N * self._ramp.per_slip(size))[:, None] * slip)
@@ -185,7 +185,7 @@ class Friction(Term, Lagged, Memory):
         return float(self._limit_N() @ self._ramp.value(self._slip(dofs)[1]))
 
     def forces_N(self, dofs: np.ndarray) -> np.ndarray:
-        """(k, 3) gradient at the contact's nodes: the forces that hold against friction."""
+        """Gradient at the contact's nodes, (k, 3): the forces that hold against friction."""
         return self._at_nodes(self._limit_N(), dofs)
 
     def dissipated_mJ(self, dofs: np.ndarray) -> float:
@@ -201,7 +201,7 @@ class Friction(Term, Lagged, Memory):
         )
 
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix:
-        """(3k, 3k) second derivatives (N/mm) at the nodes for fixed N and P; convex."""
+        """Second derivatives (N/mm) at the nodes for fixed N and P, (3k, 3k); convex."""
         slip = self._slip(dofs)[0]
         blocks = self._ramp.curvature(slip, self._limit_N(), self._lagged.normals)
         hessian = self._lagged.spread(blocks)
@@ -307,7 +307,7 @@ TINY = np.finfo(float).tiny
 def transfer_history(
     start: Tangential, stuck: np.ndarray, now: Tangential, most_growth: float = 10.0
 ) -> np.ndarray:
-    """(m, 3) elastic displacement (mm) of the pairs ``now``.
+    """Elastic displacement (mm) of the pairs ``now``, (m, 3).
 
     A pair keeps its memory. A new pair takes the mean of its nodes' memories; a vertex that slides
     to the next triangle makes such a pair. If the normal force grows by more than the factor
@@ -334,7 +334,7 @@ def transfer_history(
 
 
 def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:
-    """(j, 3) mean memory of the nodes of new pairs.
+    """Mean memory of the nodes of new pairs, (j, 3).
 
     The memory of a node is the mean over its pairs, weighted by normal force and by the node's part
     in them. The sign of that part counts, so that both sides of a contact have opposite memories.
@@ -416,14 +416,14 @@ class FrictionCorrection:
         return self._nodes.change(step)
 
     def _after(self, moved: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 3) slip and (m,) limits after the nodes have ``moved``."""
+        """Slip (m, 3) and limits (m,) after the nodes have ``moved``."""
         more = self._pairs.pressed_more_N(moved, self._facing(step))
         most = self._most_growth * self._pairs.normal_N
         normal_N = np.clip(self._pairs.normal_N + more, 0.0, most)
         return self._slip + self._pairs.slip(moved), self._coefficient * normal_N
 
     def _at_pairs(self, slip: np.ndarray, limit_N: np.ndarray) -> np.ndarray:
-        """(m, 3) forces."""
+        """Forces, (m, 3)."""
         return np.asarray((limit_N * self._ramp.per_slip(size_of(slip)))[:, None] * slip)
 
     def _linear(

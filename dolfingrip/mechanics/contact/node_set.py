@@ -51,7 +51,7 @@ class NodeSet:
         return len(self.nodes)
 
     def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
-        """(n, 3) values in the world at the nodes from a local array of three at each."""
+        """Values in the world at the nodes from a local array of three at each, (n, 3)."""
         gathered = np.zeros((len(self.nodes), 3))
         owned = local_values.reshape(-1, 3)[self._owned_local]
         for places, values in self._comm.allgather((self.owned, owned)):
@@ -59,7 +59,7 @@ class NodeSet:
         return to_world(self.frames, gathered)
 
     def change(self, step: np.ndarray) -> np.ndarray:
-        """(n, 3) change of the rows of :meth:`at_nodes`, made linear, by a step of the unknowns."""
+        """Change (n, 3) of the rows of :meth:`at_nodes`, made linear, by a step of the unknowns."""
         return NodeSet.at_nodes(self, step[: NODE * (self._end - self._first)])
 
     def add_owned(self, values: np.ndarray, target: np.ndarray) -> None:
@@ -139,7 +139,7 @@ class RelativeNodes(NodeSet):
         return np.concatenate(rows)
 
     def change(self, step: np.ndarray) -> np.ndarray:
-        """(n, 3) change of the rows of :meth:`at_nodes`, made linear, by a step of the unknowns.
+        """Change (n, 3) of the rows of :meth:`at_nodes`, made linear, by a step of the unknowns.
 
         A body whose pose is prescribed does not move.
         """
@@ -187,7 +187,7 @@ class RelativeNodes(NodeSet):
         return couplings
 
     def _owned_columns(self, across: np.ndarray) -> np.ndarray:
-        """(6, 3 owned) in reference axes from (6, 3n) by the nodes' values in the world."""
+        """In reference axes from (6, 3n) by the nodes' values in the world, (6, 3 owned)."""
         at_nodes = across.reshape(SIX, -1, NODE)
         mixed = np.zeros((SIX, self._owned_nodes, NODE))
         for k in range(SIX):
@@ -196,7 +196,7 @@ class RelativeNodes(NodeSet):
 
 
 def _motion(turned: Rotation) -> np.ndarray:
-    """(12, 6) derivatives of a body's four rows by its centre and rotation vector."""
+    """Derivatives of a body's four rows by its centre and rotation vector, (12, 6)."""
     derivatives = np.zeros((NODE * AFFINE, SIX))
     derivatives[:3, :3] = np.eye(3)
     # ∂(R e_j)_i/∂θ_k in row 3 (1 + j) + i
@@ -205,5 +205,5 @@ def _motion(turned: Rotation) -> np.ndarray:
 
 
 def weights(points: np.ndarray) -> np.ndarray:
-    """(m, 4) weights of a body's rows in the places of (m, 3) points in its own axes."""
+    """Weights of a body's rows in the places of (m, 3) points in its own axes, (m, 4)."""
     return np.concatenate([np.ones((len(points), 1)), points], axis=1)

@@ -79,7 +79,7 @@ class RigidPlate(RigidContact):
 
     @property
     def motion(self) -> np.ndarray:
-        """(6,) motion of the pose along the normal."""
+        """Motion of the pose along the normal, (6,)."""
         return np.concatenate([self.normal, np.zeros(3)])
 
     @property
@@ -119,7 +119,7 @@ class RigidPlate(RigidContact):
         )
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) displacement of the plane for a step of the unknowns."""
+        """Displacement of the plane for a step of the unknowns, (3,)."""
         return self.pose.change(step)[:3]
 
     @property

@@ -44,24 +44,24 @@ class Near(NamedTuple):
 
     @property
     def forces(self) -> np.ndarray:
-        """(n, 3) derivatives of Π by the points in the shape's frame (N)."""
+        """Derivatives of Π by the points in the shape's frame (N), (n, 3)."""
         return (self.areas * self.barrier.slope)[:, None] * self.distances.gradient
 
     @property
     def moment(self) -> np.ndarray:
-        """(3, 3) M (N mm): Q(θ) : M has the derivatives of Π by θ at fixed forces."""
+        """Matrix M (N mm), (3, 3): Q(θ) : M has the derivatives of Π by θ at fixed forces."""
         return np.asarray(self.forces.T @ self.arms)
 
     @property
     def motion(self) -> np.ndarray:
-        """(n, 3, 6) derivatives of y by the pose."""
+        """Derivatives of y by the pose, (n, 3, 6)."""
         moving = np.empty((len(self.rows), 3, SIX))
         moving[:, :, :3] = self.by_centre
         moving[:, :, 3:] = np.einsum("kij,nj->nik", self.turned.first, self.arms)
         return moving
 
     def curved(self, *, convex: bool) -> np.ndarray:
-        """(n, 3, 3) second derivatives of Π by the points in the shape's frame (N/mm).
+        """Second derivatives of Π by the points in the shape's frame (N/mm), (n, 3, 3).
 
         Args:
             convex: without the part of the distance's curvature.
@@ -77,13 +77,13 @@ class Near(NamedTuple):
 
 
 def slopes(near: Near) -> np.ndarray:
-    """(6,) this rank's part of the derivatives of Π by the pose (N; N mm)."""
+    """This rank's part of the derivatives of Π by the pose (N; N mm), (6,)."""
     by_centre = (near.forces @ near.by_centre).sum(axis=0)
     return np.concatenate([by_centre, near.turned.slopes(near.moment)])
 
 
 def curvatures(near: Near, *, convex: bool) -> np.ndarray:
-    """(6, 6) this rank's part of the second derivatives of Π by the pose, for constant C.
+    """This rank's part of the second derivatives of Π by the pose, for constant C, (6, 6).
 
     Args:
         near: the points.
@@ -133,7 +133,7 @@ class PoseContact(Term):
 
     @abstractmethod
     def gaps_mm(self, dofs: np.ndarray) -> np.ndarray:
-        """(n,) distances of this rank's points from the shape."""
+        """Distances of this rank's points from the shape, (n,)."""
 
     @abstractmethod
     def near(self, dofs: np.ndarray) -> Near:
@@ -166,11 +166,11 @@ class PoseContact(Term):
         return float(self._sum(float(near.areas @ near.barrier.energy)))
 
     def load_N(self, dofs: np.ndarray) -> np.ndarray:
-        """(6,) force (N) and moment-like derivative (N mm) on the body, of the whole."""
+        """Force (N) and moment-like derivative (N mm) on the body, of the whole, (6,)."""
         return -self._copies * np.asarray(self._sum(slopes(self.near(dofs))))
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) zeros, because friction's pairs move with the nodes and bodies that points touch."""
+        """Zeros (3,), because friction's pairs move with the nodes and bodies that points touch."""
         return np.zeros(3)
 
     # -- bounds ----------------------------------------------------------------------------------

@@ -77,11 +77,11 @@ class SkinPoints:
         self._shares: tuple[fem.Function, fem.Form] | None = None
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) deformed positions (mm)."""
+        """Deformed positions (mm), (n, 3)."""
         return self.rest + self.displacement(dofs)
 
     def displacement(self, local: np.ndarray) -> np.ndarray:
-        """(n, 3) vectors in the world, from a local array at the displacement's nodes (mm)."""
+        """Vectors in the world, from a local array at the displacement's nodes (mm), (n, 3)."""
         return to_world(self.frames, local.reshape(-1, NODE)[self.nodes])
 
     def to_reference(self, vectors: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -89,7 +89,7 @@ class SkinPoints:
         return to_reference(None if self.frames is None else self.frames[rows], vectors)
 
     def area_rates(self, velocity: np.ndarray) -> np.ndarray:
-        """(n,) change of the areas (mm²) as reference points move: A div_Γ v.
+        """Change of the areas (mm²) as reference points move, (n,): A div_Γ v.
 
         Args:
             velocity: local array of the displacement's nodes.
@@ -173,7 +173,7 @@ class RigidContact(PoseContact):
     # -- geometry --------------------------------------------------------------------------------
 
     def gaps_mm(self, dofs: np.ndarray) -> np.ndarray:
-        """(n,) distances of this rank's points from the body."""
+        """Distances of this rank's points from the body, (n,)."""
         q = self.pose.coordinates
         arms = self.points.positions(dofs) - q[:3]
         return self.shape.at(arms @ rotation(q[3:]).matrix).value
@@ -294,7 +294,7 @@ class RigidContact(PoseContact):
     # -- derivatives by parameters ---------------------------------------------------------------
 
     def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
+        """Change of the gradient at owned nodes for a motion (6,) of the pose, (n, 3)."""
         near = self.near(dofs)
         changes = np.zeros((self.points.owned, NODE))
         changed = _curvatures(near, convex=False)[1] @ motion
@@ -302,7 +302,7 @@ class RigidContact(PoseContact):
         return changes
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
-        """(6, 6) this rank's part of the second derivatives by the pose."""
+        """This rank's part of the second derivatives by the pose, (6, 6)."""
         return _curvatures(self.near(dofs), convex=False)[2]
 
     def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
@@ -338,7 +338,7 @@ class RigidContact(PoseContact):
 
 
 def _at_points(near: Near) -> np.ndarray:
-    """(n, 3) derivatives of Π by the points' places in the world (N)."""
+    """Derivatives of Π by the points' places in the world (N), (n, 3)."""
     return np.asarray(near.forces @ near.turned.matrix)
 
 

@@ -59,12 +59,12 @@ class RigidPoints(pose_contact.PoseContact):
         self._areas = areas / copies
 
     def _places(self, turned: np.ndarray) -> np.ndarray:
-        """(n, 3) points in the other body's frame, for a rotation matrix of this body."""
+        """Points in the other body's frame, for a rotation matrix of this body, (n, 3)."""
         apart = self.pose.coordinates[:3] - self.other.coordinates[:3]
         return np.asarray(self._points @ turned.T + apart)
 
     def gaps_mm(self, dofs: np.ndarray) -> np.ndarray:
-        """(n,) distances of the points from the other body."""
+        """Distances of the points from the other body, (n,)."""
         return self.shape.at(self._places(rotation(self.pose.coordinates[3:]).matrix)).value
 
     def near(self, dofs: np.ndarray) -> pose_contact.Near:

@@ -21,8 +21,8 @@ BEZIER = (
     np.array([[-3, 0, 3, 0], [-1, -4, 5, 0], [0, -5, 4, 1], [0, -3, 0, 3]]) / 6,
     np.array([[3, -6, 3, 0], [2, -3, 0, 1], [1, 0, -3, 2], [0, 3, -6, 3]]) / 3,
 )
-"""(4, 4) from the coefficients that a cell feels to the control points of the cubic there, of its
-first derivative, and of its second, all as cubics."""
+"""Matrix (4, 4) from the coefficients that a cell feels to the control points of the cubic there,
+of its first derivative, and of its second, all as cubics."""
 
 
 class SampledDistance:

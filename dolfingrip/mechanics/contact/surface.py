@@ -110,15 +110,15 @@ class Surface(NodeSet):
         return other
 
     def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
-        """(v, 3) displacement (mm) of the vertices from a local dof array."""
+        """Displacement (mm) of the vertices from a local dof array, (v, 3)."""
         return np.asarray(self.spread @ self.at_nodes(local_dofs).ravel()).reshape(-1, 3)
 
     def gathered(self, at_vertices: np.ndarray) -> np.ndarray:
-        """(n, 3) derivatives by the nodes' displacements from those (v, 3) by the vertices'."""
+        """Derivatives by the nodes' displacements from those (v, 3) by the vertices', (n, 3)."""
         return np.asarray(self.spread.T @ at_vertices.ravel()).reshape(-1, 3)
 
     def positions(self, local_dofs: np.ndarray) -> np.ndarray:
-        """(v, 3) deformed positions (mm), in the column order that ipctk wants."""
+        """Deformed positions (mm), in the column order that ipctk wants, (v, 3)."""
         return np.asfortranarray(self.rest + self.displacement(local_dofs))
 
     @property
@@ -128,7 +128,7 @@ class Surface(NodeSet):
 
     @property
     def edges(self) -> np.ndarray:
-        """(k, 2) unique edges of the triangles."""
+        """Unique edges of the triangles, (k, 2)."""
         pairs = np.concatenate(
             [self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]]
         )
@@ -136,7 +136,7 @@ class Surface(NodeSet):
 
 
 def _by_position(points: np.ndarray) -> np.ndarray:
-    """(n,) order of points by z, y, x; rounding does not change it."""
+    """Order of points by z, y, x, (n,); rounding does not change it."""
     # an irrational shift keeps round positions off the borders between two roundings
     keys = np.floor(points / (1e-7 * np.ptp(points, axis=0).max()) + 0.2360679775)
     return np.lexsort(keys.T)
@@ -166,7 +166,7 @@ def _turned(facets: np.ndarray, corners: int) -> np.ndarray:
 
 
 def _facet_nodes(space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> np.ndarray:
-    """(n, nodes) local displacement nodes of each facet: corners, then midpoints."""
+    """Local displacement nodes of each facet, (n, nodes): corners, then midpoints."""
     topology = domain.mesh.topology
     to_cell = topology.connectivity(2, 3)
     topology.create_connectivity(3, 2)
@@ -252,7 +252,7 @@ def _distinct(values: np.ndarray, near: float) -> np.ndarray:
 def _rectangles(
     low: np.ndarray, high: np.ndarray, normal: np.ndarray, lines: list[np.ndarray], near: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(v, 3) points and (r, 4) points of each rectangle, in turn from alternating corners."""
+    """Points (v, 3), and points (r, 4) of each rectangle, in turn from alternating corners."""
     covered: list[tuple[int, int, int, int]] = []
     for a, b, axis in zip(low, high, normal, strict=True):
         first, second = [i for i in range(3) if i != axis]
@@ -286,7 +286,7 @@ def _weights(
     high: np.ndarray,
     near: float,
 ) -> sp.csr_matrix:
-    """(v, n) shape functions of a facet that holds each point, at the point."""
+    """Shape functions of a facet that holds each point, at the point, (v, n)."""
     functions = cells.of_facet(facets.shape[1])
     rows, columns, values = [], [], []
     for i, point in enumerate(points):

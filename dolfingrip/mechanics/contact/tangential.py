@@ -41,31 +41,31 @@ class Tangential:
         return cls(sp.csr_matrix((0, nodes)), empty, np.zeros(0), np.zeros(0), keys)
 
     def pressed_N(self) -> np.ndarray:
-        """(k,) sizes of the normal forces that each node takes part in."""
+        """Sizes of the normal forces that each node takes part in, (k,)."""
         return np.asarray(abs(self.weights).T @ self.normal_N)
 
     def pressing_N(self) -> np.ndarray:
-        """(k, 3) normal forces on the nodes."""
+        """Normal forces on the nodes, (k, 3)."""
         return np.asarray(self.weights.T @ (self.normal_N[:, None] * self.normals))
 
     def flat(self, vectors: np.ndarray) -> np.ndarray:
-        """(m, 3) vectors of the pairs without their parts along the normals."""
+        """Vectors of the pairs without their parts along the normals, (m, 3)."""
         along = np.einsum("ij,ij->i", vectors, self.normals)
         return np.asarray(vectors - along[:, None] * self.normals)
 
     def slip(self, moved: np.ndarray) -> np.ndarray:
-        """(m, 3) tangential relative displacements for (k, 3) displacements of the nodes."""
+        """Tangential relative displacements for (k, 3) displacements of the nodes, (m, 3)."""
         return self.flat(self.weights @ moved)
 
     def spread(self, blocks: np.ndarray) -> sp.csr_matrix:
-        """(3k, 3k) matrix at the nodes of (m, 3, 3) blocks of the pairs' relative displacements."""
+        """Matrix (3k, 3k) at the nodes of (m, 3, 3) blocks of the pairs' relative displacements."""
         count = np.arange(len(blocks) + 1)
         within = sp.bsr_matrix((blocks, count[:-1], count), shape=(3 * len(blocks),) * 2)
         weights = sp.kron(self.weights, sp.eye_array(3), format="csr")
         return sp.csr_matrix(weights.T @ within @ weights)
 
     def pressed_more_N(self, moved: np.ndarray, facing: np.ndarray) -> np.ndarray:
-        """(m,) rise of the normal forces for (k, 3) displacements of the nodes.
+        """Rise of the normal forces for (k, 3) displacements of the nodes, (m,).
 
         Args:
             moved: displacements.
@@ -111,5 +111,5 @@ class Touching(Protocol):
         ...
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) displacement in a step of the unknowns of the body that pairs touch, if no node."""
+        """Displacement in a step of the unknowns of the body that pairs touch, if no node, (3,)."""
         ...

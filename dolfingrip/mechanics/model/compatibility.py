@@ -32,7 +32,7 @@ NOT_A_NUMBER: int = (
 
 
 def cells_and_local_facets(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
-    """(cell, local facet) pairs of boundary facets, as integrals over these take them.
+    """Pairs of boundary facets, as integrals over these take them, (cell, local facet).
 
     Args:
         domain: mesh of solids.

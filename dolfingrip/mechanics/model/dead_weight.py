@@ -58,7 +58,7 @@ class DeadWeight(Term):
         return [owned_vector(form)[::NODE] for form in self._volume]
 
     def _loads_N(self, volumes_mm3: list[np.ndarray]) -> np.ndarray:
-        """(n, 3) weight that each owned node bears, for volumes ∫ N dX that it has of each part."""
+        """Weight (n, 3) that each owned node bears, for volumes ∫ N dX that it has of each part."""
         pairs = zip(volumes_mm3, self._weights, strict=True)
         loads = sum(np.outer(volumes, weight.value) for volumes, weight in pairs)
         return to_reference(self._frames, np.asarray(loads))

@@ -222,13 +222,13 @@ class Model:
 
     @property
     def nodes_mm(self) -> np.ndarray:
-        """(n, 3) reference places of the displacement's owned nodes."""
+        """Reference places of the displacement's owned nodes, (n, 3)."""
         space = self.u.function_space
         return np.asarray(space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local])
 
     @property
     def box_mm(self) -> np.ndarray:
-        """(2, 3) least and largest coordinates of the reference nodes of all ranks."""
+        """Least and largest coordinates of the reference nodes of all ranks, (2, 3)."""
         return box(self.comm, self.nodes_mm)
 
     @property
@@ -277,7 +277,7 @@ class Model:
         residual.array[:] = self.gradient()
 
     def reactions(self) -> np.ndarray:
-        """(n, 3) forces (N) of the supports on this rank's displacement nodes."""
+        """Forces (N) of the supports on this rank's displacement nodes, (n, 3)."""
         displacement = self.unknowns.owned_parts(self.gradient(supported=False))[0]
         return displacement.reshape(-1, 3)
 

@@ -49,16 +49,16 @@ class Placement:
         return len(self.rotations)
 
     def which(self, points: np.ndarray) -> np.ndarray:
-        """(n,) number of the copy that each of (n, 3) reference points belongs to."""
+        """Number of the copy that each of (n, 3) reference points belongs to, (n,)."""
         copies = np.floor((points[:, 0] - self.start_mm) / self.pitch_mm).astype(int)
         return np.asarray(np.clip(copies, 0, self.count - 1))
 
     def frames(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3, 3) rotations of the copies that (n, 3) reference points belong to."""
+        """Rotations of the copies that (n, 3) reference points belong to, (n, 3, 3)."""
         return np.asarray(self.rotations[self.which(points)])
 
     def positions(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) places of undeformed reference points in the world (mm)."""
+        """Places of undeformed reference points in the world (mm), (n, 3)."""
         which = self.which(points)
         shifted = points - np.outer(which * self.pitch_mm, [1.0, 0.0, 0.0])
         turned = np.einsum("nij,nj->ni", self.rotations[which], shifted)

@@ -67,11 +67,11 @@ class Rotation(NamedTuple):
         return Rotation(self.matrix.T, first, second)
 
     def slopes(self, m: np.ndarray) -> np.ndarray:
-        """(3,) derivatives of R : M."""
+        """Derivatives of R : M, (3,)."""
         return np.einsum("kij,ij->k", self.first, m)
 
     def curvatures(self, m: np.ndarray) -> np.ndarray:
-        """(3, 3) second derivatives of R : M."""
+        """Second derivatives of R : M, (3, 3)."""
         return np.einsum("klij,ij->kl", self.second, m)
 
 
@@ -156,7 +156,7 @@ class Pose:
 
     @property
     def coordinates(self) -> np.ndarray:
-        """(6,) present q."""
+        """Present q, (6,)."""
         return self._base + self._basis @ [float(constant.value) for constant in self.constants]
 
     @property
@@ -166,15 +166,15 @@ class Pose:
 
     @property
     def _free_basis(self) -> np.ndarray:
-        """(6, m') columns of B for the coordinates that are solved for."""
+        """Columns of B for the coordinates that are solved for, (6, m')."""
         return self._basis[:, [unknown is not None for unknown in self.global_unknowns]]
 
     def change(self, step: np.ndarray) -> np.ndarray:
-        """(6,) change of q by a local array of the unknowns."""
+        """Change of q by a local array of the unknowns, (6,)."""
         return np.asarray(self._free_basis @ [unknown.change(step) for unknown in self.free])
 
     def rate(self, constant: fem.Constant) -> np.ndarray:
-        """(6,) derivative of q by one of the coordinates; 0 by any other constant."""
+        """Derivative of q by one of the coordinates, (6,); 0 by any other constant."""
         same = [float(other is constant) for other in self.constants]
         return np.asarray(self._basis @ same)
 

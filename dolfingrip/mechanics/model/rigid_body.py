@@ -140,7 +140,7 @@ class RigidMotion(Term, Memory, Regularised):
         self.motion = TimeIntegrator(body.name, self._places(), IMPLICIT_EULER)
 
     def _places(self) -> np.ndarray:
-        """(4, 3) centre and the rows of ℓR (mm): ℓ is the radius of gyration."""
+        """Centre and the rows of ℓR (mm), (4, 3): ℓ is the radius of gyration."""
         q = self.pose.coordinates
         return np.vstack([q[:3], self.body.gyration_mm * rotation(q[3:]).matrix])
 
@@ -148,7 +148,7 @@ class RigidMotion(Term, Memory, Regularised):
 
     @property
     def weight_N(self) -> np.ndarray:
-        """(3,) dead weight of the whole body."""
+        """Dead weight of the whole body, (3,)."""
         return self.body.mass_kg * self.gravity_m_s2
 
     def _away(self) -> tuple[float, np.ndarray]:
@@ -156,11 +156,11 @@ class RigidMotion(Term, Memory, Regularised):
         return N_PER_KG_MM_S2 * self.motion.stiffness, self._places() - self.motion.ahead
 
     def _masses_kg(self, places: np.ndarray) -> np.ndarray:
-        """(4, 3) places, by mass and second moments of mass."""
+        """Places, by mass and second moments of mass, (4, 3)."""
         return np.vstack([self.body.mass_kg * places[0], places[1:] @ self._moment_kg])
 
     def _turned_N_mm(self) -> np.ndarray:
-        """(3, 3) M of the rotation's part R : M of the potential, which else is constant."""
+        """M (3, 3) of the rotation's part R : M of the potential, which else is constant."""
         k = N_PER_KG_MM_S2 * self.motion.stiffness
         return -k * self.body.gyration_mm * self._masses_kg(self.motion.ahead)[1:]
 
@@ -177,7 +177,7 @@ class RigidMotion(Term, Memory, Regularised):
         return N_PER_KG_MM_S2 / 2 * float(np.vdot(velocity, self._masses_kg(velocity)))
 
     def held_N(self) -> np.ndarray:
-        """(3,) force of all else but weight on the body that its motion to the step's end needs."""
+        """Force (3,) of all but weight on the body, which its motion to the step's end needs."""
         return -N_PER_KG_MM_S2 * self.body.mass_kg * self.motion.end_forces(self._places())[0]
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:

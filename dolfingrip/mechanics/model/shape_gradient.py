@@ -50,7 +50,7 @@ class Coordinates:
 
     @cached_property
     def of_nodes(self) -> sp.csr_matrix:
-        """(local nodes of the displacement, local points): where a node is between the points."""
+        """Where a node is between the points, (local nodes of the displacement, local points)."""
         element = self.displacement.element.basix_element
         shapes = self.space.element.basix_element.tabulate(0, element.points)[0, :, :, 0]
         nodes, points = self.displacement.dofmap.list, self.space.dofmap.list
@@ -64,13 +64,13 @@ class Coordinates:
         return sp.csr_matrix((values[kept], (rows[kept], columns[kept])), shape=shape)
 
     def owned_part(self, velocity: np.ndarray) -> np.ndarray:
-        """(k, 3) rows of the points that this rank owns, from (m, 3) of all its local points."""
+        """Rows of the points that this rank owns, from (m, 3) of all its local points, (k, 3)."""
         field = np.zeros((self.local, 3))
         field[self._number] = velocity
         return field[: self._owned]
 
     def summed(self, local: np.ndarray) -> np.ndarray:
-        """(k, 3) owned rows of the sum of all ranks' parts, each (local points, 3)."""
+        """Owned rows of the sum of all ranks' parts, each (local points, 3), (k, 3)."""
         vector = la.vector(self.space.dofmap.index_map, 3)
         vector.array[:] = local.ravel()
         vector.scatter_reverse(la.InsertMode.add)
@@ -109,6 +109,6 @@ class ShapeGradient:
 
     @property
     def owned(self) -> np.ndarray:
-        """(k, 3) derivatives by the points that this rank owns, with all ranks' parts."""
+        """Derivatives by the points that this rank owns, with all ranks' parts, (k, 3)."""
         every = self._by_points + self.coordinates.of_nodes.T @ self.at_nodes
         return self.coordinates.summed(every)

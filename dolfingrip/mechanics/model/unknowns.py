@@ -188,7 +188,7 @@ class Gradient:
 
     @property
     def at_nodes(self) -> np.ndarray:
-        """(n, 3) view of the derivatives by the displacement of the owned nodes."""
+        """View of the derivatives by the displacement of the owned nodes, (n, 3)."""
         return self.fields[0].reshape(-1, 3)
 
     def add(self, unknown: GlobalUnknown, slope: float) -> None:

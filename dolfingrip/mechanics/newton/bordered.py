@@ -175,7 +175,7 @@ class Bordered:
         solution.array[:] = solutions[:, 0]
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides."""
+        """Solutions for (n, k) right-hand sides, (n, k)."""
         self._eliminate()
         return self._joined(right, self._inner(right))
 

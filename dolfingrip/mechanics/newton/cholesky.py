@@ -107,7 +107,7 @@ class Cholesky:
         solution.array[:] = self.approximate(right.array_r[:, None])[:, 0]
 
     def approximate(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions, to single precision at least, for (n, k) right-hand sides.
+        """Solutions, to single precision at least, for (n, k) right-hand sides, (n, k).
 
         The next ones may overwrite them.
         """
@@ -131,7 +131,7 @@ class Cholesky:
         solution.array[:] = self.solve_many(right.array_r[:, None], rtol)[:, 0]
 
     def solve_many(self, right: np.ndarray, rtol: float | None = None) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides.
+        """Solutions for (n, k) right-hand sides, (n, k).
 
         Args:
             right: the right-hand sides.

@@ -108,7 +108,7 @@ class CholmodFactors:
         return bool(self._common.status == lib.CHOLMOD_OK)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, overwritten by the next ones."""
+        """Solutions for (n, k) right-hand sides, overwritten by the next ones, (n, k)."""
         ffi, lib = _binding()
         given = np.asfortranarray(right, dtype=self.values.dtype)
         size, count = given.shape

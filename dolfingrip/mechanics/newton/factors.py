@@ -213,7 +213,7 @@ class Factors:
             self._factorise(matrix)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, this rank's rows.
+        """Solutions for (n, k) right-hand sides, this rank's rows, (n, k).
 
         They are good to rounding, and by the factors of an earlier matrix to 1e-7.
         """

@@ -122,7 +122,7 @@ class Exact(Inverse, Protocol):
         ...
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, this rank's rows."""
+        """Solutions for (n, k) right-hand sides, this rank's rows, (n, k)."""
         ...
 
 
@@ -181,7 +181,7 @@ class Factorisation:
         self.pc.apply(right, solution)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, this rank's rows.
+        """Solutions for (n, k) right-hand sides, this rank's rows, (n, k).
 
         MUMPS passes its factors through memory once for a block of them, not once for each.
         """

@@ -64,7 +64,7 @@ class MixedTangent(Tangent):
     def _scalars(
         self, graph: sp.csr_matrix, blocks: np.ndarray
     ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """(3, 3) blocks at the entries of ``graph`` as scalar rows, of nodes and of others."""
+        """Blocks at the entries of ``graph`` as scalar rows, of nodes and of others, (3, 3)."""
         shape = (3 * graph.shape[0], 3 * graph.shape[1])
         scalars = sp.bsr_matrix((blocks, graph.indices, graph.indptr), shape).tocsr()
         rows = self._fields[0].columns(scalars)

@@ -91,7 +91,7 @@ class LinearLevel:
 
     @property
     def graph(self) -> sp.csr_matrix:
-        """(owned nodes, nodes) nodes of the linear level that its tangent couples."""
+        """Nodes of the linear level that its tangent couples, (owned nodes, nodes)."""
         row, column = np.divmod(self._keys, self._count)
         both = np.concatenate([row, column]), np.concatenate([column, row])
         couplings = sp.csr_matrix((np.ones(len(both[0])), both), (self._count, self._count))
@@ -212,7 +212,7 @@ class LinearLevel:
 
 
 def _parents(space: fem.FunctionSpace, linear: fem.FunctionSpace) -> np.ndarray:
-    """(owned nodes, 2) nodes of ``linear``, in all ranks' numbering, that a node is the mean of."""
+    """Nodes (owned nodes, 2) of ``linear``, in all ranks' numbering, that a node is the mean of."""
     cell = space.mesh.basix_cell()
     edges = np.array(basix.topology(cell)[1])
     corners = len(basix.geometry(cell))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -12,7 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.newton.ending import Ending, Solve, is_late
+from dolfingrip.mechanics.newton.ending import Counts, Ending, Solve, is_late
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.policy import PathPolicy
@@ -42,6 +43,67 @@ class Arrival:
     iterations: int
     steps: int
     failure: Failure | None = None
+
+
+class _Leg:
+    """The straight way to a target, and how far the model has come on it.
+
+    Args:
+        start, target: controls by name.
+        length: of the way, in longest steps.
+        counts: of the solver, as they are where the way begins.
+        good: state there.
+
+    Attributes:
+        good: last good state.
+        done: part of the way that leads to it.
+        iterations: Newton iterations, also those of failed steps.
+        steps: converged load steps.
+        failure: why the target is not reached.
+        over: whether nothing asks for the rest of the way.
+    """
+
+    def __init__(
+        self,
+        start: Mapping[str, float],
+        target: Mapping[str, float],
+        length: float,
+        counts: Counts,
+        good: State,
+    ) -> None:
+        self._start, self.target, self.length, self.good = start, target, length, good
+        self.before = copy(counts)
+        self.done, self.iterations, self.steps = 0.0, 0, 0
+        self.failure: Failure | None = None
+        self.over = False
+
+    def at(self, part: float) -> dict[str, float]:
+        """Controls after a part of the way."""
+        if part == 1.0:
+            return dict(self.target)
+        start = self._start
+        return {k: start[k] + part * (self.target[k] - start[k]) for k in self.target}
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """A step that is tried.
+
+    Attributes:
+        end: part of the way at which it ends.
+        length: in longest steps.
+        controls: at its end.
+        guess: state that it starts from, if one is predicted.
+        returns: whether that was a state of the path before.
+        last: whether no shorter one is tried.
+    """
+
+    end: float
+    length: float
+    controls: dict[str, float]
+    guess: Guess | None
+    returns: bool
+    last: bool
 
 
 class Observer(Protocol):
@@ -120,88 +182,90 @@ class LoadPath:
         """Go to ``target`` (controls by name); end at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
-        distance = self._longest_steps(start, target)
-
-        def at(fraction: float) -> dict[str, float]:
-            if fraction == 1.0:
-                return dict(target)
-            return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
-
+        length = self._longest_steps(start, target)
         self._predictor.note(good)
-        noted = self._predictor.noted({**good.controls, **target})
-        if noted is None:
-            self._turn(start, {name: (target[name] - start[name]) / distance for name in target})
+        known = self._predictor.noted({**good.controls, **target})
+        if known is None:
+            self._turn(start, {name: (target[name] - start[name]) / length for name in target})
+        leg = _Leg(start, target, length, self.newton.counts, good)
         self._lost, self._turns = False, None
-        before, damped = self.newton.counts.iterations, self.newton.counts.damped
-        done, iterations, steps = 0.0, 0, 0
-        while done < 1.0:
-            if is_late(self.model.comm, self._end_s):
-                failure = Failure(FailureKind.TIME_LIMIT, at(done))
-                return Arrival(iterations, steps, failure)
-            reach = 1.0 if noted else self._next(done, distance)
-            if self._damped and self._turns is None and self._foreseen(target):
-                self._turns = self._passable(target)
-                if self._turns:
-                    failure = self._failed(FailureKind.LIMIT_POINT, target)
-                    return Arrival(iterations, steps, failure)
-            self.model.prescribe(at(reach))
-            ahead = self._place + (reach - done) * distance
-            guess, returns, noted = noted or self._predictor.guess(ahead), noted is not None, None
-            taken = (reach - done) * distance
-            last = taken < 2 * self._shortest
-            solve = self._solve(good, at(reach), guess, taken, last=last)
-            iterations = self.newton.counts.iterations - before
-            rejected = self._accept() if solve.converged else ""
-            error = self.model.step_error() if solve.converged and not rejected else 0.0
-            if error > 1 and not last:
-                self.model.restore(good)
-                self._predictor.restart(self._place)
-                self._length = taken * _by_error(error)
-                continue
-            if solve.converged and not rejected:
-                stiffness = self._stiffness(taken, good)
-                self._stiffest = max(self._stiffest, stiffness)
-                jumped = 0 < stiffness < self._policy.soft * self._stiffest
-                if jumped or self.newton.counts.damped > damped:
-                    self._predictor.forget()
-                self._adapt(taken, guess, solve.iterations, good)
-                if error:
-                    longest = taken * _by_error(error)
-                    self._length = min(self._length, longest)
-                done, steps = reach, steps + 1
-                for observer in self.observers:
-                    observer.converged(good)
-                self.model.accept_step()
-                self._place, self._end = ahead, {} if returns else at(reach)
-                if solve.iterations > self._policy.comfortable:
-                    self._predictor.restart(ahead)
-                else:
-                    self._predictor.keep(ahead)
-                good = self.model.state()
-                if self._over():
-                    break
-                continue
-            if solve.ending is Ending.LATE:
-                self.model.restore(good)
-                return Arrival(iterations, steps, Failure(FailureKind.TIME_LIMIT, at(done)))
-            away = solve.unstable and self._runs_away(taken, good)
-            self.model.restore(good)
-            if self._turns is None and self._may_turn(taken):
-                self._turns = self._passable(at(reach))
-            if self._turns:
-                return Arrival(iterations, steps, self._failed(FailureKind.LIMIT_POINT, target))
+        while leg.done < 1.0 and leg.failure is None and not leg.over:
+            leg.failure = self._foretold(leg)
+            if leg.failure is None:
+                self._try(leg, self._begin(leg, known))
+            known = None
+        return Arrival(leg.iterations, leg.steps, leg.failure)
+
+    def _foretold(self, leg: _Leg) -> Failure | None:
+        """Why no further step is tried, where time is over or the load is known to turn."""
+        if is_late(self.model.comm, self._end_s):
+            return Failure(FailureKind.TIME_LIMIT, leg.at(leg.done))
+        if self._damped and self._turns is None and self._foreseen(leg.target):
+            self._turns = self._passable(leg.target)
+        return self._failed(FailureKind.LIMIT_POINT, leg.target) if self._turns else None
+
+    def _try(self, leg: _Leg, step: _Step) -> None:
+        """Try a step, and take it, or go back and shorten the next one, or end the way."""
+        solve = self._solve(leg.good, step)
+        leg.iterations = self.newton.counts.iterations - leg.before.iterations
+        rejected = self._accept() if solve.converged else ""
+        if not solve.converged or rejected:
+            leg.failure = self._taken_back(leg, step, solve, rejected)
+            return
+        error = self.model.step_error()
+        if error > 1 and not step.last:
+            self.model.restore(leg.good)
+            self._shorten(step.length * _by_error(error))
+        else:
+            self._take(leg, step, solve.iterations, error)
+
+    def _take(self, leg: _Leg, step: _Step, iterations: int, error: float) -> None:
+        """Accept a converged step of some iterations, with an error in time by the allowed one."""
+        stiffness = self._stiffness(step.length, leg.good)
+        self._stiffest = max(self._stiffest, stiffness)
+        jumped = 0 < stiffness < self._policy.soft * self._stiffest
+        if jumped or self.newton.counts.damped > leg.before.damped:
+            self._predictor.forget()
+        self._adapt(step.length, step.guess, iterations, leg.good)
+        if error:
+            self._length = min(self._length, step.length * _by_error(error))
+        leg.done, leg.steps = step.end, leg.steps + 1
+        for observer in self.observers:
+            observer.converged(leg.good)
+        self.model.accept_step()
+        self._place, self._end = self._place + step.length, {} if step.returns else step.controls
+        if iterations > self._policy.comfortable:
             self._predictor.restart(self._place)
-            self._length = taken / 2
-            if self._length < self._shortest:
-                back = self._shortest / distance / 2
-                soft = (
-                    away
-                    or self._is_soft(at(done - back), back * distance, good)
-                    or ((self._turns is None or self._damped) and self._passable(at(reach)))
-                )
-                kind = _classify(solve, rejected, soft)
-                return Arrival(iterations, steps, self._failed(kind, target))
-        return Arrival(iterations, steps)
+        else:
+            self._predictor.keep(self._place)
+        leg.good, leg.over = self.model.state(), self._over()
+
+    def _taken_back(self, leg: _Leg, step: _Step, solve: Solve, rejected: str) -> Failure | None:
+        """Go back from a failed step; return why the way ends there, if no shorter one is left."""
+        if solve.ending is Ending.LATE:
+            self.model.restore(leg.good)
+            return Failure(FailureKind.TIME_LIMIT, leg.at(leg.done))
+        away = solve.unstable and self._runs_away(step.length, leg.good)
+        self.model.restore(leg.good)
+        if self._turns is None and self._may_turn(step.length):
+            self._turns = self._passable(step.controls)
+        if self._turns:
+            return self._failed(FailureKind.LIMIT_POINT, leg.target)
+        self._shorten(step.length / 2)
+        if self._length >= self._shortest:
+            return None
+        back = self._shortest / leg.length / 2
+        soft = (
+            away
+            or self._is_soft(leg.at(leg.done - back), back * leg.length, leg.good)
+            or ((self._turns is None or self._damped) and self._passable(step.controls))
+        )
+        return self._failed(_classify(solve, rejected, soft), leg.target)
+
+    def _shorten(self, length: float) -> None:
+        """Have the next step start anew from the last good state, with a length."""
+        self._predictor.restart(self._place)
+        self._length = length
 
     def _failed(self, kind: FailureKind, target: Mapping[str, float]) -> Failure:
         """The failure on the way to a target, in the present state."""
@@ -213,7 +277,16 @@ class LoadPath:
         creeps = self._lost and length < self._policy.creeping
         return not self._damped or creeps
 
-    def _next(self, done: float, distance: float) -> float:
+    def _begin(self, leg: _Leg, known: Guess | None) -> _Step:
+        """Prescribe the controls of the next step, the whole way where its end is ``known``."""
+        end = 1.0 if known else self._reach(leg.done, leg.length)
+        length, controls = (end - leg.done) * leg.length, leg.at(end)
+        self.model.prescribe(controls)
+        guess = known or self._predictor.guess(self._place + length)
+        last = length < 2 * self._shortest
+        return _Step(end, length, controls, guess, returns=known is not None, last=last)
+
+    def _reach(self, done: float, distance: float) -> float:
         """The part of a way of ``distance`` longest steps at which the next step ends."""
         length, remaining = min(self._length, 1.0) / distance, 1.0 - done
         if self._by_error:  # equal steps: a short last one would cost as much as a long one
@@ -247,19 +320,11 @@ class LoadPath:
         ]
         return max(distances, default=1.0) or 1.0
 
-    def _solve(
-        self,
-        good: State,
-        controls: Mapping[str, float],
-        guess: Guess | None,
-        length: float,
-        *,
-        last: bool,
-    ) -> Solve:
-        """Solve the model from ``good``, its state, at ``controls``, its own, a ``length`` away.
+    def _solve(self, good: State, step: _Step) -> Solve:
+        """Solve the model from ``good``, its state, at the controls of a step, its own.
 
         A step that fails is solved again with damping. If damping has not helped towards this
-        target it is left out, except for the ``last`` step that is tried: beyond a limit point a
+        target it is left out, except for the last step that is tried: beyond a limit point a
         damped solve takes many iterations to run away. A path without jumps tries it once, and
         takes what it finds only where the model changes little, as where one fold of many touches
         the next.
@@ -267,24 +332,24 @@ class LoadPath:
         before = None
         if self._policy.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
-        asks = self._turns is None and self._foreseen(controls)
-        again = not asks and (last or not self._policy.halves_first)
+        asks = self._turns is None and self._foreseen(step.controls)
+        again = not asks and (step.last or not self._policy.halves_first)
         few = self._policy.foreseen if asks else None
         solve = self.newton.solve(
-            guess, before=before, again=again, iterations=few, end_s=self._end_s
+            step.guess, before=before, again=again, iterations=few, end_s=self._end_s
         )
-        gives_up = (self._lost or self._policy.halves_first) and not (last and self._damped)
+        gives_up = (self._lost or self._policy.halves_first) and not (step.last and self._damped)
         if solve.converged or gives_up or asks:
             return solve
         self.model.restore(good)
-        self.model.prescribe(controls)
+        self.model.prescribe(step.controls)
         damped = self.newton.solve(
             damped=True,
             iterations=None if self._damped else self._policy.small_jump,
             end_s=self._end_s,
         )
         if damped.converged and not self._damped:
-            self._lost = self._stiffness(length, good) < self._policy.soft * self._stiffest
+            self._lost = self._stiffness(step.length, good) < self._policy.soft * self._stiffest
             return solve if self._lost else damped
         self._lost = not damped.converged
         return damped

@@ -124,7 +124,7 @@ def _loads(controls: Mapping[str, float]) -> frozenset[tuple[str, float]]:
 
 
 def lagrange(places: np.ndarray, place: float) -> np.ndarray:
-    """(n,) weights of values at ``places`` (n,) in the interpolating polynomial at ``place``."""
+    """Weights of values at ``places`` (n,) in the interpolating polynomial at ``place``, (n,)."""
     apart = places[:, None] - places + np.eye(len(places))
     ratios = (place - places) / apart
     np.fill_diagonal(ratios, 1.0)

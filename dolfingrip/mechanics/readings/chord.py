@@ -35,7 +35,7 @@ class LineAngle(Reading):
         self._weights = end - start
 
     def _arm(self) -> np.ndarray:
-        """(3,) from the line's start to its end (mm)."""
+        """From the line's start to its end (mm), (3,)."""
         u = self.model.u
         now = u.function_space.tabulate_dof_coordinates() + u.x.array.reshape(-1, 3)
         return self._summed(now)
@@ -52,7 +52,7 @@ class LineAngle(Reading):
         gradient.at_nodes[:, [0, 2]] += self._slopes()
 
     def _slopes(self) -> np.ndarray:
-        """(n, 2) derivatives by x and z of this rank's owned nodes, at rest or displaced."""
+        """Derivatives by x and z of this rank's owned nodes, at rest or displaced, (n, 2)."""
         x, _, z = self._arm()
         return np.asarray(self._weights[:, None] * angle_slopes(x, z))
 

@@ -176,7 +176,7 @@ class ContactPressure(NodalFields):
             self._free[np.abs(at[:, 1]) < 1e-6 * np.ptp(at, axis=0).max(), 1] = 0.0
 
     def at_vertices(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) pressures (MPa) at this rank's vertices, and (n, 3) oriented areas (mm²)."""
+        """Pressures (n,) (MPa) at this rank's vertices, and (n, 3) oriented areas (mm²)."""
         model, nodes = self._model, self._own
         gradient = Gradient(model.unknowns)
         for term in self._terms:

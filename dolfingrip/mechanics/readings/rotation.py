@@ -47,12 +47,12 @@ class Slices:
         return moments(self._model, self._at, moved, self._slice, SLICES)
 
     def fits(self) -> np.ndarray:
-        """(s, 3, 3) :func:`moments` of the slices at the present state."""
+        """Moments (:func:`moments`) of the slices at the present state, (s, 3, 3)."""
         moved = self._model.u.x.array.reshape(-1, 3)[: len(self._at)]
         return self._moments(moved)[1]
 
     def deg(self) -> np.ndarray:
-        """(m,) rotations (deg) about y, towards −x, of the slices that have nodes, without jumps.
+        """Rotations (deg) about y, towards −x, of the slices that have nodes, without jumps, (m,).
 
         The rotation of a slice is the rotation nearest to the motion of its displacement nodes by
         least squares: θ = atan2(Σ (x z' − z x'), Σ (x x' + z z')), with coordinates from their
@@ -150,7 +150,7 @@ class TipRotation:
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
-        """(3,) unit area vector of the undeformed face."""
+        """Unit area vector of the undeformed face, (3,)."""
         with undeformed(self._model.u):
             return self._normal()
 
@@ -161,7 +161,7 @@ class TipRotation:
         return normal / np.linalg.norm(normal)
 
     def _face(self) -> np.ndarray:
-        """(3, 3) rotation of the tip face from the undeformed one."""
+        """Rotation of the tip face from the undeformed one, (3, 3)."""
         start = self._at_rest
         normal = self._normal()
         swing = _swing(start, normal).as_matrix()
@@ -175,7 +175,7 @@ class TipRotation:
         return np.asarray(twist.as_matrix() @ swing)
 
     def _along(self) -> np.ndarray:
-        """(3,) sum of the slices' rotation vectors (rad), each from the one before it."""
+        """Sum of the slices' rotation vectors (rad), each from the one before it, (3,)."""
         turns = [_nearest(fit) for fit in self._slices.fits()]
         fitted = [turn for turn in turns if turn is not None]
         steps = [Rotation.from_matrix(b @ a.T) for a, b in pairwise(fitted)]
