@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import fcntl
 import json
 import sqlite3
 from contextlib import closing
@@ -38,6 +39,13 @@ def filled(folder: Path) -> list[str]:
         for job in jobs[:2]:
             assert store.record(compute(job))
     return [job.key for job in jobs]
+
+
+def test_a_job_is_claimed_by_one_worker_at_a_time(tmp_path: Path) -> None:
+    """Workers of two commands on one folder may have the same job."""
+    claimed = Spool(tmp_path).claimed("job")
+    with claimed, (tmp_path / "job.lock").open() as other, pytest.raises(BlockingIOError):
+        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def test_every_status_is_kept(tmp_path: Path) -> None:

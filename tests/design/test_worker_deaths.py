@@ -42,10 +42,23 @@ def workers(client: psutil.Process) -> list[psutil.Process]:
     return found
 
 
+def registered(worker: psutil.Process) -> bool:
+    """True once it is connected to the scheduler, which may have given it a job."""
+    try:
+        return bool(worker.net_connections("tcp"))
+    except psutil.NoSuchProcess:
+        return False
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(2))
 def test_workers_killed_while_they_start(tmp_path: Path, number: int) -> None:
-    """Up to five die before the first task, some of them in place of one that died."""
+    """Up to five die before the first task, some of them in place of one that died.
+
+    A job that more than two workers died on is given up. So no more than two die that may have one,
+    though the first task is still to come: a worker has its job before it has imported what that
+    needs, and a machine that is busy takes long to import it.
+    """
     seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "5")) + number
     print(f"seed {seed}")
     moments = random.Random(seed)
@@ -55,23 +68,30 @@ def test_workers_killed_while_they_start(tmp_path: Path, number: int) -> None:
         "--out", str(out), "--workers", "2", *(f"--parameter={each}" for each in DESIGNS),
     ]  # fmt: skip
     environment = {**os.environ, "DOLFINGRIP_TEST_LOG": str(log), "PYTHONPATH": str(TESTS)}
-    process = subprocess.Popen(
+    began = time.monotonic()
+    with subprocess.Popen(
         call, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    client = psutil.Process(process.pid)
-    ends: dict[int, float] = {}  # when each is killed
-    killed: set[int] = set()
-    while len(killed) < 5 and process.poll() is None and not log.exists():
-        for worker in workers(client):
-            if worker.pid not in ends:
-                delay_s = moments.uniform(0, START_S) if ends else 0.0  # the first at once
-                ends[worker.pid] = time.monotonic() + delay_s
-            elif worker.pid not in killed and time.monotonic() > ends[worker.pid]:
-                os.kill(worker.pid, signal.SIGKILL)
-                killed.add(worker.pid)
-        time.sleep(0.005)
-    said = process.communicate(timeout=90)[0]
-    print(f"{len(killed)} killed")
+    ) as process:
+        client = psutil.Process(process.pid)
+        ends: dict[int, float] = {}  # when each is killed
+        killed: dict[int, bool] = {}  # and whether it was registered then
+        while len(killed) < 5 and process.poll() is None and not log.exists():
+            for worker in workers(client):
+                if worker.pid not in ends:
+                    delay_s = moments.uniform(0, START_S) if ends else 0.0  # the first at once
+                    ends[worker.pid] = time.monotonic() + delay_s
+                elif worker.pid not in killed and time.monotonic() > ends[worker.pid]:
+                    at_work = registered(worker)
+                    if at_work and sum(killed.values()) == WorkerPolicy().lost_workers:
+                        continue
+                    os.kill(worker.pid, signal.SIGKILL)
+                    killed[worker.pid] = at_work
+            time.sleep(0.005)
+        try:  # the rest takes about as long as the starts so far, on this machine as it is now
+            said = process.communicate(timeout=90 + 10 * (time.monotonic() - began))[0]
+        finally:
+            process.kill()
+    print(f"{len(killed)} killed, {sum(killed.values())} of them registered")
     assert process.returncode == 0, said
     assert "6 designs: 6 computed now, 6 done, 0 failed" in said
     assert killed

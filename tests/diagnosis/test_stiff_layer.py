@@ -9,10 +9,11 @@ import re
 from pathlib import Path
 
 import pytest
-from support import small, stiff_layer
+from support import stiff_layer
 from support.delivered import Delivered, delivered
 from support.here import Here
 
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.files.diagnosis_words import lines
@@ -21,7 +22,7 @@ INSTRUMENTS = ("angle_gain", "angle_definition", "force_gain")
 
 
 def diagnosed(folder: Path, store: Path, *effects: str) -> Delivered:
-    file, config = stiff_layer.measured(folder), small.coarse()
+    file, config = stiff_layer.measured(folder), Config()
     workers = Here(store)
     settings = DiagnosisSettings(quick=True, effects=effects)
     found = diagnose_measurement(read([file], config), config, workers, settings)

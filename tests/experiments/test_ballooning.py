@@ -165,29 +165,32 @@ def soft(folder: Path, length_mm: float) -> Config:
     assert run_command("adopt", str(part), *asked) == 0
     shut = {f"cavity.cavity_{k}.pressure_ratio": 0.0 for k in (2, 3, 4)}
     silicone = {"material.mu_MPa": 0.088, "material.nu": 0.499, "solver.element": "P2-P1"}
-    stops = {"experiment.max_pressure_kPa": 20.0}
+    stops = {"experiment.max_pressure_kPa": 30.0}
     return config.load(folder / "out" / "adopted.toml", {**shut, **silicone, **stops})
 
 
 @pytest.mark.slow
 def test_a_soft_cylinder_says_where_its_wall_balloons(tmp_path: Path) -> None:
-    """A limit point after few iterations, whatever the step; the same pressure by the volume.
+    """A limit point after few iterations, by steps and where one step asks for more than it bears.
 
-    Reference: the greatest of the pressures under volume control, readings of which are half a
-    volume apart, so 1 % may lie between them.
+    The search goes as far as the reading, and not as far as the first step towards it. Reference:
+    the greatest of the pressures under volume control, readings of which are half a volume apart,
+    so 1 % may lie between them.
     """
-    asked = soft(tmp_path, 32)
+    asked = soft(tmp_path, 22)
     volume = {"control": "volume", "max_volume_ratio": 4.5, "step_volume_ratio": 0.5}
     inflated = run("bending", asked.changed(experiment=volume))
     assert inflated.failure is None
     pressures = inflated.column("pressure_kPa")
     print(pressures)
     assert 2 < pressures.argmax() < len(pressures) - 1
-    for step_kPa in (10.0, 20.0):
+    for step_kPa in (10.0, 30.0):
+        begun_s = time.process_time()
         found = run("bending", asked.changed(experiment={"step_kPa": step_kPa}))
+        took_s = time.process_time() - begun_s
         assert found.failure is not None
         said = found.failure.sentence()
-        print(said, found.column("largest_stretch"), found.facts.newton.iterations)
+        print(said, took_s, found.column("largest_stretch"), found.facts.newton.iterations)
         assert found.failure.kind is FailureKind.LIMIT_POINT
         told = re.search(r"(the walls .*) balloon at ([\d.]+) kPa, stretch ([\d.]+)", said)
         assert told is not None, said
@@ -197,6 +200,7 @@ def test_a_soft_cylinder_says_where_its_wall_balloons(tmp_path: Path) -> None:
         assert found.failure.last_good["pressure_kPa"] == pytest.approx(pressure, rel=5e-3)
         assert stretch > found.column("largest_stretch")[-1]
         assert found.facts.newton.iterations < 120
+        assert took_s < 60  # 9 s; the iterations of the search are counted nowhere
 
 
 def test_one_search_tells_of_all_readings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,26 +223,3 @@ def test_one_search_tells_of_all_readings(tmp_path: Path, monkeypatch: pytest.Mo
     assert [rig.foreseen({"pressure_kPa": p}) for p in (17.9, 18.1)] == [False, True]
     assert rig.passable({"pressure_kPa": 19.0})
     assert sought == [20.0, 20.0]  # as far as the run goes
-
-
-@pytest.mark.slow
-def test_a_part_that_is_asked_for_more_than_it_bears_in_one_step_says_so_at_once(
-    tmp_path: Path,
-) -> None:
-    """The search goes as far as the reading, and not as far as the first step towards it.
-
-    Reference: 23.80 kPa, the greatest of the readings half a volume apart under volume control
-    (``experiment.control = "volume"``), between which 1 % may lie.
-    """
-    once = {"max_pressure_kPa": 30.0, "step_kPa": 30.0}
-    asked = soft(tmp_path, 22).changed(experiment=once)
-    begun_s = time.process_time()
-    found = run("bending", asked)
-    took_s = time.process_time() - begun_s
-    assert found.failure is not None
-    said = found.failure.sentence()
-    print(said, took_s)
-    told = re.search(r"the walls of cavity balloon at ([\d.]+) kPa, stretch ([\d.]+)", said)
-    assert told is not None, said
-    assert float(told[1]) == pytest.approx(23.80, rel=0.01)
-    assert took_s < 60  # 9 s; the iterations of the search are counted nowhere

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from support.small import short
@@ -32,6 +34,15 @@ from dolfingrip.jobs.work import compute, of_machine, work
 SHARED = same(kind="test")
 
 
+@pytest.fixture(autouse=True)
+def pauses(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Pauses between attempts (s), which nobody waits for."""
+    found: list[float] = []
+    clock = SimpleNamespace(perf_counter=time.perf_counter, sleep=found.append)
+    monkeypatch.setattr("dolfingrip.jobs.work.time", clock)
+    return found
+
+
 def job(key: str, folder: Path, times: int, error: str = "timeout") -> Job:
     return Job(key, f"{__name__}:breaks", {"folder": str(folder), "times": times, "error": error})
 
@@ -51,7 +62,9 @@ def breaks(folder: str, times: int, error: str) -> Data:
     raise {"memory": MemoryError(), "disk": OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))}[error]
 
 
-def test_a_job_that_the_machine_broke_off_is_tried_again(tmp_path: Path) -> None:
+def test_a_job_that_the_machine_broke_off_is_tried_again(
+    tmp_path: Path, pauses: list[float]
+) -> None:
     told: list[tuple[int, int]] = []
 
     def progress(standing: Standing) -> None:
@@ -61,6 +74,7 @@ def test_a_job_that_the_machine_broke_off_is_tried_again(tmp_path: Path) -> None
     standing = run(jobs, tmp_path / "jobs", ThisProcess(), SHARED, progress=progress)
     assert (standing.done, standing.failed, standing.broken) == (1, 0, 0)
     assert told == [(0, 0), (1, 2)]
+    assert pauses == [1, 2]
     with Store(tmp_path / "jobs") as store:
         (row,) = store.rows()
     assert row["result"] == {"calls": 3}

@@ -22,6 +22,7 @@ import pytest
 import typer
 import ufl
 from support import compiling
+from support.command import in_this_process
 
 from dolfingrip.cli import edge
 from dolfingrip.jobs.job import MACHINE, Job
@@ -168,7 +169,7 @@ def test_a_failed_compile_is_the_machines(
     command = typer.Typer()
     command.command()(lambda: print(compiling.volume()))
     monkeypatch.setattr(sys, "argv", ["dolfingrip"])
-    with pytest.raises(SystemExit) as ended:
+    with in_this_process(), pytest.raises(SystemExit) as ended:
         edge.run(lambda: typer.main.get_command(command))
     assert ended.value.code == 1
     said = capfd.readouterr().err.splitlines()

@@ -111,7 +111,8 @@ def test_an_opening_in_a_curved_face(tmp_path: Path, suffix: str) -> None:
         occ.cut([(3, body)], tools)
         occ.synchronize()
         gmsh.write(str(file))
-    found = adopt(file if suffix == ".step" else triangles(file), Asked(), MeshRequest())
+    part = file if suffix == ".step" else triangles(file)
+    found = adopt(part, Asked(), MeshRequest(size_mm=2.5))
     sides = 2 if found.roles.half else 1
     assert "closes 1 opening" in found.roles.said["cap"]
     hollow = math.pi * 7**2 * 42
