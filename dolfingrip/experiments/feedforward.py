@@ -23,7 +23,8 @@ from dolfingrip.experiments.prediction import PressureCurve
 from dolfingrip.experiments.results.following import REACHED
 from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.mechanics.model.pneumatics import CAVITY, LEAST_MPA, TUBE, Air, Line
-from dolfingrip.sections.errors import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import with_valve
 
 STOPS: Final = 12
 """Pressures at which the finger is simulated."""
@@ -163,10 +164,7 @@ def command_for(
     Raises:
         ConfigError: one line about what is wrong with the curve or the configuration.
     """
-    supply, times = config.supply, np.asarray(time_s, dtype=float)
-    if supply is None or supply.source == "syringe":
-        shown = "none" if supply is None else '"syringe"'
-        raise ConfigError(f'supply.source = {shown}: allowed: "ideal", "pump", "tank"')
+    supply, times = with_valve(config.supply), np.asarray(time_s, dtype=float)
     if len(times) < 2 or times[0] != 0 or not (np.diff(times) > 0).all():
         raise ConfigError(f"{TIME.name} = {times[:3]}: allowed: two or more, rising from 0 s on")
     every = times[-1] / 200 if every_s is None else every_s
@@ -225,14 +223,9 @@ def _resting(config: Config, highest_kPa: float) -> RestingFinger:
     """
     if highest_kPa <= 0:
         raise ConfigError(f"{PRESSURE.name} = 0 all along: allowed: a curve that rises above 0 kPa")
-    ramp = {"min_pressure_kPa": 0.0, "max_pressure_kPa": highest_kPa, "cycles": 1,
-            "step_kPa": highest_kPa / STOPS, "dynamic": False, "control": "pressure",
-            "unload": False, "hold_s": 0.0, "rest_s": 0.0}  # fmt: skip
-    data = config.opened(["experiment"])
-    data["experiment"] = {**data["experiment"], **ramp}
-    for section in ("supply", "protocol", "release", "base"):
-        data.pop(section, None)
-    result = run("bending", checked(type(config), data))
+    ramp = {"min_pressure_kPa": 0.0, "max_pressure_kPa": highest_kPa,
+            "step_kPa": highest_kPa / STOPS}  # fmt: skip
+    result = run("bending", config.at_rest().changed(experiment=ramp))
     if result.failure is not None:
         raise ConfigError(f"up to {highest_kPa:g} kPa: {result.failure.sentence()}")
     if CAVITY_VOLUME.name not in result.rows[0]:

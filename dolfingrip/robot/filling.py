@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from dolfingrip.config import KPA
 from dolfingrip.experiments.feedforward import RestingFinger
+from dolfingrip.experiments.results.following import REACHED
 from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.mechanics.model.pneumatics import OUTSIDE, REFERENCE_MPA, Air
 from dolfingrip.sections.supply import AirLine
@@ -17,8 +19,61 @@ from dolfingrip.sections.supply import AirLine
 PLACES: Final = 1000
 """Pressures between which the cavity's is interpolated by what is in it."""
 
+STEPS: Final = 100
+"""Times in each half of a step response."""
+
 RTOL: Final = 1e-5
 """Relative error of a step of the amounts of air."""
+
+
+STILL: Final = 1e-3
+"""Part of a step by which the pressure rises in half of the time where it rises no longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepResponse:
+    """How a supply fills a finger whose pressure is asked for at once.
+
+    Attributes:
+        highest_kPa: that is asked for.
+        time_s: from then on, until it is reached, or not any more, (n,).
+        cavity_kPa: pressure in the cavity, (n,).
+    """
+
+    highest_kPa: float
+    time_s: np.ndarray
+    cavity_kPa: np.ndarray
+
+    @property
+    def reached_s(self) -> float:
+        """Time to 95 % of the pressure; infinite where the cavity never has it."""
+        wanted = REACHED * self.highest_kPa
+        return float(np.interp(wanted, self.cavity_kPa, self.time_s, right=np.inf))
+
+    @property
+    def sentence(self) -> str:
+        """How fast it is."""
+        what = f"{100 * REACHED:g} % of {self.highest_kPa:g} kPa"
+        if np.isinf(self.reached_s):
+            return f"never {what}: {self.cavity_kPa[-1]:.3g} kPa at most"
+        return f"{what} after {self.reached_s:.2g} s"
+
+
+def step_response(finger: RestingFinger, supply: AirLine, highest_kPa: float) -> StepResponse:
+    """Ask a supply for a pressure at once.
+
+    Args:
+        finger: volume of its cavity by the pressure.
+        supply: of air; no syringe.
+        highest_kPa: that is asked for.
+    """
+    times = line_of(supply).filling_s(finger.volume_mm3[-1]) * np.linspace(0.0, 1.0, 2 * STEPS + 1)
+    while True:
+        reached = filled_kPa(finger, supply, list(times), len(times) * [highest_kPa])
+        rise = reached[-1] - reached[STEPS]
+        if reached[-1] >= REACHED * highest_kPa or rise < STILL * highest_kPa:
+            return StepResponse(highest_kPa, times, reached)
+        times = 2 * times
 
 
 def filled_kPa(

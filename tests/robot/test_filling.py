@@ -12,7 +12,7 @@ from support import small
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.experiments import run
 from dolfingrip.experiments.feedforward import RestingFinger
-from dolfingrip.robot.filling import filled_kPa
+from dolfingrip.robot.filling import filled_kPa, step_response
 from dolfingrip.sections.supply import AirLine
 
 RIGID = RestingFinger(np.array([0.0, 100.0]), np.array([5e4, 5e4]), np.zeros(2))
@@ -68,3 +68,19 @@ def test_a_finger_of_finite_elements() -> None:
     found = filled_kPa(RestingFinger(*columns), AirLine(**keys), times[1:], asked[1:])
     assert expected.max() > 10
     np.testing.assert_allclose(found, expected[1:], atol=0.5)
+
+
+def test_a_step_goes_on_until_it_is_reached_or_stands() -> None:
+    """The choked rate tells the time; a small tank shares its air with chamber and tube."""
+    supply = AirLine(
+        source="tank", tank_cm3=1e6, tank_kPa=900.0, valve_dm3_per_s_bar=0.002,
+        tube_dm3_per_s_bar=10.0, tube_cm3=0.01, band_kPa=0.1,
+    )  # fmt: skip
+    rate = 0.002 * (900 + AMBIENT_KPA) / 100 * 100 / 0.05
+    found = step_response(RIGID, supply, 80.0)
+    assert found.reached_s == pytest.approx(0.95 * 80 / rate, rel=5e-3)
+    small = AirLine(source="tank", tank_cm3=45.0, tank_kPa=90.0, tube_cm3=5.0)
+    stands = step_response(RIGID, small, 80.0)
+    assert np.isinf(stands.reached_s)
+    assert stands.cavity_kPa[-1] == pytest.approx(45 / 100 * 90, rel=0.01)
+    assert stands.sentence.startswith("never 95 % of 80 kPa: 40.")
