@@ -52,7 +52,7 @@ FINER: Final[Change] = {"mesh.size_mm": 8, "mesh.edge_size_mm": 8}
 PUMP: Final[Change] = {
     **FINGER, "supply.source": "pump", "supply.pump_kPa": [0.0, 100.0],
     "supply.pump_l_per_min": [3.0, 0.0], "supply.valve_dm3_per_s_bar": 0.02,
-    "supply.tube_dm3_per_s_bar": 0.05, "supply.tube_cm3": 5.0, "supply.error_kPa": 1.0,
+    "supply.tube_dm3_per_s_bar": 0.05, "supply.tube_cm3": 5.0,
 }  # fmt: skip
 
 
