@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from dolfingrip.channels import ANGLE, CAVITY_VOLUME, PRESSURE, TIME
 from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.filling import RestingFinger, StepResponse, step_response
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.prediction import PressureCurve
 from dolfingrip.experiments.results.following import REACHED
@@ -29,42 +29,8 @@ from dolfingrip.sections.supply import with_valve
 STOPS: Final = 12
 """Pressures at which the finger is simulated."""
 
-FILLING_STEPS: Final = 500
-"""Steps in which choked valve and tube would fill the cavity by the pressure of the air around."""
-
-LONGEST: Final = 5
-"""Times that: a supply that would need longer at its pace counts as never filling the cavity."""
-
 OPENING: Final = 1e-9
 """Error of the part of a valve that is open."""
-
-
-@dataclass(frozen=True, slots=True)
-class RestingFinger:
-    """A finger at rest at each pressure of its cavity.
-
-    Attributes:
-        pressure_kPa: rising from 0 on, (n,).
-        volume_mm3: of the cavity there, (n,).
-        angle_deg: of the tip there, (n,).
-    """
-
-    pressure_kPa: np.ndarray
-    volume_mm3: np.ndarray
-    angle_deg: np.ndarray
-
-    def volume_at(self) -> Callable[[float], float]:
-        """Return the volume (mm³) as a function of pressure (kPa above that of the air around)."""
-        inside = PchipInterpolator(self.pressure_kPa, self.volume_mm3)
-        ends = self.pressure_kPa[[0, -1]]
-        slopes = inside(ends, 1)
-
-        def volume(kPa: float) -> float:
-            nearest = min(max(kPa, ends[0]), ends[1])
-            slope = slopes[0] if kPa < ends[0] else slopes[1]
-            return float(inside(nearest) + slope * (kPa - nearest))
-
-        return volume
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +47,7 @@ class Feedforward:
         commands: by column: ``set_point_kPa`` of a regulator, or ``valve_open`` and
             ``exhaust_open``, the parts of the step in which they are open, (n,).
         cavity_mm3: volume of the cavity at rest.
-        best_s: time to fill it to 95 % of the highest wished pressure with the valve open all the
-            time; infinite: it never gets there.
-        highest_kPa: pressure that it has in the end with all open, of those up to the highest
-            wished one.
+        fastest: its filling to the highest wished pressure, with the valve open all the time.
     """
 
     time_s: np.ndarray
@@ -95,8 +58,7 @@ class Feedforward:
     wished_deg: np.ndarray | None
     commands: Mapping[str, np.ndarray]
     cavity_mm3: float
-    best_s: float
-    highest_kPa: float
+    fastest: StepResponse
 
     def rows(self) -> list[dict[str, float]]:
         """Return the table's rows, by column."""
@@ -110,14 +72,14 @@ class Feedforward:
 
     def sentences(self) -> list[str]:
         """Return what to know of them: the fastest filling, and where the curve is missed."""
-        highest = float(self.wished_kPa.max())
+        highest, best_s = self.fastest.wanted_kPa, self.fastest.reached_s
         what = f"the cavity of {self.cavity_mm3 / 1000:.3g} cm³"
-        if math.isinf(self.best_s):
+        if math.isinf(best_s):
             fills = f"this supply never fills {what} to {highest:.4g} kPa"
-            lines = [f"{fills}: {self.highest_kPa:.4g} kPa at most"]
+            lines = [f"{fills}: {self.fastest.cavity_kPa[-1]:.4g} kPa at most"]
         else:
             reached = f"{100 * REACHED:.0f} % of {highest:.4g} kPa"
-            lines = [f"this supply fills {what} to {reached} in {self.best_s:.2g} s at best"]
+            lines = [f"this supply fills {what} to {reached} in {best_s:.2g} s at best"]
         late = self.reached_kPa - self.wished_kPa
         worst = int(np.abs(late).argmax())
         if abs(late[worst]) < (1 - REACHED) * highest:
@@ -193,9 +155,11 @@ def command_for(
     for step in filling.following(wished * KPA, every):
         reached.append(step)
         progress(len(reached), len(steps))
-    best_s, most_kPa = filling.fastest(float(wished.max()) * KPA)
+    line = filling.line
+    opened = line if filling.regulated else replace(line, commanded=(line.duty, 0.0))
+    fastest = step_response(finger, opened, highest, float(wished.max()))
     cavity, tube, command = np.array(reached).T
-    ambient = filling.line.ambient
+    ambient = line.ambient
     if filling.regulated:
         commands = {"set_point_kPa": (command - ambient) / KPA}
     else:
@@ -204,7 +168,7 @@ def command_for(
     return Feedforward(
         steps, wished, reached_kPa, (tube - ambient) / KPA,
         PressureCurve.of(finger.pressure_kPa, finger.angle_deg).at(reached_kPa),
-        wished_deg, commands, float(finger.volume_mm3[0]), best_s, most_kPa,
+        wished_deg, commands, float(finger.volume_mm3[0]), fastest,
     )  # fmt: skip
 
 
@@ -285,22 +249,6 @@ class Filling:
             else:
                 command = float(brentq(excess, least, most, xtol=OPENING))
                 yield (*self._accepted(air, pressure, command, step_s), command)
-
-    def fastest(self, wished: float) -> tuple[float, float]:
-        """Time (s) to fill the cavity to 95 % of a pressure (MPa), and what is reached (kPa)."""
-        air, line = self.at_rest(), self.line
-        # as much air as the wished pressure needs, from that of the air around
-        filling_s = line.filling_s(self.volume_mm3(wished / KPA)) * (wished / line.ambient + 1)
-        step_s, time_s = filling_s / FILLING_STEPS, 0.0
-        before, aim = line.ambient, line.ambient + REACHED * wished
-        while True:
-            cavity, _ = self._step(air, self.ends[1], step_s)
-            rise = cavity - before
-            if cavity >= aim:
-                return time_s + step_s * (aim - before) / rise, wished / KPA
-            if rise * LONGEST * FILLING_STEPS < aim - cavity:
-                return math.inf, (cavity - line.ambient) / KPA
-            before, time_s = cavity, time_s + step_s
 
     def _commanded(self, air: Air, command: float) -> float:
         """Set the valves; return the pressure that the source is asked for."""

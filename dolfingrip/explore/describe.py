@@ -15,10 +15,11 @@ from dolfingrip.channels import ANGLE, CAVITY_VOLUME, CHANNELS, FORCE, MOVED, PR
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
-from dolfingrip.experiments.feedforward import RestingFinger
+from dolfingrip.experiments.filling import RestingFinger, StepResponse, step_response
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
+from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.explore.library import Blend, Library
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted, pressurised
@@ -31,7 +32,6 @@ from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.run_scene import scene_of
 from dolfingrip.report.page.scene import GRIPPER_VIEW, UPRIGHT, Floats, Scene, ScenePart, towards
-from dolfingrip.robot.filling import StepResponse, step_response
 
 READINGS: Final = {"bending": ANGLE, "blocked_force": FORCE}
 """The reading that is shown of each experiment."""
@@ -62,8 +62,9 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
     blends = {kind: b for kind, b in pairs if b is not None and b.checked}
     charts = [_chart(kind, b, kind == wanted.view) for kind, b in blends.items()]
     numbers = _numbers(space, wanted, blends)
+    highest_kPa = wanted.config.experiment.max_pressure_kPa
     if space.supply is not None and (free := _resting(blends.get("bending"))):
-        filled = step_response(free, space.supply, wanted.config.experiment.max_pressure_kPa)
+        filled = step_response(free, line_of(space.supply), highest_kPa)
         numbers.append({"name": "Filled", "value": filled.sentence, "said": "by the supply"})
         charts.append(_filling(filled))
     return {

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from dolfingrip.experiments.feedforward import RestingFinger
+from dolfingrip.experiments.filling import RestingFinger, filled_kPa, step_response
+from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.files.robot import RobotFile
 from dolfingrip.robot.chain import Chain, Equilibrium, Loads, Plates, Points, equilibrium
-from dolfingrip.robot.filling import filled_kPa, step_response
 from dolfingrip.robot.fit import softness
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.supply import AirLine, with_valve
@@ -172,15 +172,15 @@ class Robot:
             ConfigError: one line: the supply never does, or the finger has several cavities.
         """
         highest = self.file.valid.pressure_kPa[1]
-        response = step_response(self._resting, self._supply(None), highest)
+        response = step_response(self._resting, line_of(self._supply(None)), highest)
         if math.isinf(response.reached_s):
             raise ConfigError(f"supply: {response.sentence}; allowed: one that fills the finger")
         return response.reached_s
 
     def _supply(self, other: AirLine | None) -> AirLine:
         """Another supply, or the finger's own."""
-        own = self.file.supply
-        return with_valve(AirLine(**own) if other is None and own else other)
+        told = self.file.supply
+        return with_valve(AirLine(**told) if other is None and told else other)
 
     @property
     def _resting(self) -> RestingFinger:
@@ -209,7 +209,7 @@ class Robot:
         if len(time_s) < 2 or len(time_s) != len(set_kPa) or not (np.diff(time_s) > 0).all():
             lengths = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
             raise ConfigError(f"{lengths}: allowed: two or more, as many of both; times that rise")
-        return filled_kPa(self._resting, self._supply(supply), time_s, set_kPa)
+        return filled_kPa(self._resting, line_of(self._supply(supply)), time_s, set_kPa)
 
     def pressure_for(
         self,

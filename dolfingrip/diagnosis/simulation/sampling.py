@@ -30,6 +30,6 @@ def undersampled(measurement: Measurement, config: Config, workers: Workers) -> 
         with suppress(ConfigError):  # a mesh of half a body has no swings across
             wanted = request("vibration", applied.at_rest().changed(experiment=slight))
             swings = workers.results([wanted])[0].columns.get(FREQUENCIES[0].name)
-            told = aliased(float(np.median(steps)), swings[0]) if swings else ""
-            lines += [f"{test}: {told}"] if told else []
+            doubt = aliased(float(np.median(steps)), swings[0]) if swings else ""
+            lines += [f"{test}: {doubt}"] if doubt else []
     return lines
