@@ -63,8 +63,8 @@ def robot(args: RobotSettings) -> None:
     )
     if file.supply is not None:
         screen.say(
-            f"its supply fills the finger to 95 % of {high:g} kPa in {3 * file.line_s:.2g} s; in "
-            "finger.xml the pressure has a lag of the first order with that time"
+            f"its supply fills it to 95 % of {high:g} kPa in {3 * file.line_s:.2g} s, as a lag of "
+            "the first order does in finger.xml"
         )
     for ending in file.valid.ended:
         screen.say(f"a run ended early: {ending}")

@@ -7,7 +7,6 @@ step, valve and exhaust are opened as far as the curve asks for, or as far as th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -17,10 +16,10 @@ from scipy.optimize import brentq
 
 from dolfingrip.channels import ANGLE, CAVITY_VOLUME, PRESSURE, TIME
 from dolfingrip.config import KPA, Config
-from dolfingrip.experiments.filling import RestingFinger, StepResponse, step_response
+from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.prediction import PressureCurve
-from dolfingrip.experiments.results.following import REACHED
+from dolfingrip.experiments.results.following import REACHED, StepResponse
 from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.mechanics.model.pneumatics import CAVITY, LEAST_MPA, TUBE, Air, Line
 from dolfingrip.sections.errors import ConfigError
@@ -46,7 +45,7 @@ class Feedforward:
         wished_deg: angle that it should have, (n,); None where a pressure is wished.
         commands: by column: ``set_point_kPa`` of a regulator, or ``valve_open`` and
             ``exhaust_open``, the parts of the step in which they are open, (n,).
-        cavity_mm3: volume of the cavity at rest.
+        cavity_cm3: volume of the cavity at rest.
         fastest: its filling to the highest wished pressure, with the valve open all the time.
     """
 
@@ -57,7 +56,7 @@ class Feedforward:
     angle_deg: np.ndarray
     wished_deg: np.ndarray | None
     commands: Mapping[str, np.ndarray]
-    cavity_mm3: float
+    cavity_cm3: float
     fastest: StepResponse
 
     def rows(self) -> list[dict[str, float]]:
@@ -72,14 +71,8 @@ class Feedforward:
 
     def sentences(self) -> list[str]:
         """Return what to know of them: the fastest filling, and where the curve is missed."""
-        highest, best_s = self.fastest.wanted_kPa, self.fastest.reached_s
-        what = f"the cavity of {self.cavity_mm3 / 1000:.3g} cm³"
-        if math.isinf(best_s):
-            fills = f"this supply never fills {what} to {highest:.4g} kPa"
-            lines = [f"{fills}: {self.fastest.cavity_kPa[-1]:.4g} kPa at most"]
-        else:
-            reached = f"{100 * REACHED:.0f} % of {highest:.4g} kPa"
-            lines = [f"this supply fills {what} to {reached} in {best_s:.2g} s at best"]
+        highest = self.fastest.wanted_kPa
+        lines = [f"at best {self.fastest.sentence}; at rest it holds {self.cavity_cm3:.3g} cm³"]
         late = self.reached_kPa - self.wished_kPa
         worst = int(np.abs(late).argmax())
         if abs(late[worst]) < (1 - REACHED) * highest:
@@ -168,7 +161,7 @@ def command_for(
     return Feedforward(
         steps, wished, reached_kPa, (tube - ambient) / KPA,
         PressureCurve.of(finger.pressure_kPa, finger.angle_deg).at(reached_kPa),
-        wished_deg, commands, float(finger.volume_mm3[0]), fastest,
+        wished_deg, commands, float(finger.volume_mm3[0]) / 1000, fastest,
     )  # fmt: skip
 
 
@@ -224,19 +217,14 @@ class Filling:
         ambient = self.line.ambient
         return (ambient, ambient + self.highest) if self.regulated else (-1.0, self.line.duty)
 
-    def at_rest(self) -> Air:
-        """The air before the first step."""
-        air = Air(self.line)
-        air.rest(self.volume_mm3(0.0))
-        return air
-
     def following(self, wished: np.ndarray, step_s: float) -> Iterator[tuple[float, float, float]]:
         """Follow a curve of pressures above that of the air around (MPa), from rest on.
 
         Yields:
             At each step's end the pressures of cavity and tube (MPa, absolute), and the command.
         """
-        air, (least, most) = self.at_rest(), self.ends
+        air, (least, most) = Air(self.line), self.ends
+        air.rest(self.volume_mm3(0.0))
         for pressure in wished + self.line.ambient:
 
             def excess(command: float, air: Air = air, pressure: float = pressure) -> float:

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.config import KPA
-from dolfingrip.experiments.results.following import REACHED
+from dolfingrip.experiments.results.following import REACHED, StepResponse
 from dolfingrip.mechanics.model.pneumatics import OUTSIDE, REFERENCE_MPA, Air, Line
 
 PLACES: Final = 1000
@@ -53,35 +53,6 @@ class RestingFinger:
             return float(inside(nearest) + slope * (kPa - nearest))
 
         return volume
-
-
-@dataclass(frozen=True, slots=True)
-class StepResponse:
-    """How a supply fills a finger whose pressure is asked for at once.
-
-    Attributes:
-        wanted_kPa: that is wanted.
-        time_s: from then on, until it is reached, or not any more, (n,).
-        cavity_kPa: pressure in the cavity, (n,).
-    """
-
-    wanted_kPa: float
-    time_s: np.ndarray
-    cavity_kPa: np.ndarray
-
-    @property
-    def reached_s(self) -> float:
-        """Time to 95 % of the pressure; infinite where the cavity never has it."""
-        wanted, rising = REACHED * self.wanted_kPa, np.maximum.accumulate(self.cavity_kPa)
-        return float(np.interp(wanted, rising, self.time_s, right=np.inf))
-
-    @property
-    def sentence(self) -> str:
-        """How fast it is."""
-        what = f"{100 * REACHED:g} % of {self.wanted_kPa:g} kPa"
-        if np.isinf(self.reached_s):
-            return f"never {what}: {self.cavity_kPa[-1]:.3g} kPa at most"
-        return f"{what} after {self.reached_s:.2g} s"
 
 
 def step_response(

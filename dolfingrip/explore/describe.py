@@ -15,8 +15,9 @@ from dolfingrip.channels import ANGLE, CAVITY_VOLUME, CHANNELS, FORCE, MOVED, PR
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
-from dolfingrip.experiments.filling import RestingFinger, StepResponse, step_response
+from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.index import find
+from dolfingrip.experiments.results.following import StepResponse
 from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.experiments.rigs.pneumatics import line_of
@@ -65,7 +66,9 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
     highest_kPa = wanted.config.experiment.max_pressure_kPa
     if space.supply is not None and (free := _resting(blends.get("bending"))):
         filled = step_response(free, line_of(space.supply), highest_kPa)
-        numbers.append({"name": "Filled", "value": filled.sentence, "said": "by the supply"})
+        numbers.append(
+            {"name": "Filled", "value": said(filled.reached_s, "s"), "said": filled.sentence}
+        )
         charts.append(_filling(filled))
     return {
         "scenes": [replace(scene, title=find(wanted.view).title, kind=wanted.view).packed()],

@@ -174,7 +174,7 @@ class Robot:
         highest = self.file.valid.pressure_kPa[1]
         response = step_response(self._resting, line_of(self._supply(None)), highest)
         if math.isinf(response.reached_s):
-            raise ConfigError(f"supply: {response.sentence}; allowed: one that fills the finger")
+            raise ConfigError(f"supply: {response.sentence}; allowed: one that fills it")
         return response.reached_s
 
     def _supply(self, other: AirLine | None) -> AirLine:

@@ -83,4 +83,4 @@ def test_a_step_goes_on_until_it_is_reached_or_stands() -> None:
     stands = step_response(RIGID, line_of(small), 80.0)
     assert np.isinf(stands.reached_s)
     assert stands.cavity_kPa[-1] == pytest.approx(45 / 100 * 90, rel=0.01)
-    assert stands.sentence.startswith("never 95 % of 80 kPa: 40.")
+    assert stands.sentence.startswith("the cavity never has 95 % of 80 kPa: 40.")
