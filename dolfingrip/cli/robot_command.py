@@ -60,6 +60,11 @@ def robot(args: RobotSettings) -> None:
         f"and up to {file.valid.force_N:.3g} N, where these errors hold; "
         f"the runs of finite elements took {file.simulated_s:.0f} s"
     )
+    if file.supply is not None:
+        screen.say(
+            f"its supply fills it to 95 % of {high:g} kPa in {3 * file.line_s:.2g} s, as a lag of "
+            "the first order does in finger.xml"
+        )
     for ending in file.valid.ended:
         screen.say(f"a run ended early: {ending}")
     for path in write(built, config, placed, args.out):

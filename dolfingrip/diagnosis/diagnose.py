@@ -24,6 +24,7 @@ from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
+from dolfingrip.diagnosis.simulation.sampling import undersampled
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis import Slip, SpecimensApart
 from dolfingrip.files.diagnosis_words import slip_words
@@ -128,7 +129,7 @@ def diagnose_measurement(
         second = diagnose_measurement(measurement.of(others), config, workers, alone)
         odds = float(np.exp(min(log_odds, 100.0)))
         diagnosis.apart = SpecimensApart(specimens=names, odds=odds, without=second.verdict)
-    diagnosis.warnings = [*measurement.warnings]
+    diagnosis.warnings = [*measurement.warnings, *undersampled(measurement, config, workers)]
     thorough = not quick and diagnosis.decision.answer == "cause"
     if thorough:
         say("measuring the gain on readings that are left out")

@@ -103,11 +103,14 @@ class FingerSimulation:
     @property
     def _shorter(self) -> Change:
         """Change to less than half the steps in time: a step's error is of third order in it."""
-        solver = self.config.solver
-        if not self.config.experiment.dynamic:
-            return {}
-        step_s = {} if solver.max_step_s is None else {"solver.max_step_s": solver.max_step_s / 2}
-        return {"solver.time_error_mm": max(solver.time_error_mm / 10, 1e-6), **step_s}
+        solver, supply, change = self.config.solver, self.config.supply, dict[str, float]()
+        if self.config.experiment.dynamic:
+            change["solver.time_error_mm"] = max(solver.time_error_mm / 10, 1e-6)
+        if supply is not None:
+            change["supply.error_kPa"] = max(supply.error_kPa / 10, 1e-6)
+        if change and solver.max_step_s is not None:
+            change["solver.max_step_s"] = solver.max_step_s / 2
+        return change
 
     @property
     def has_coarser(self) -> bool:

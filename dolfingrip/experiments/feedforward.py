@@ -7,63 +7,29 @@ step, valve and exhaust are opened as far as the curve asks for, or as far as th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from dolfingrip.channels import ANGLE, CAVITY_VOLUME, PRESSURE, TIME
 from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.prediction import PressureCurve
-from dolfingrip.experiments.results.following import REACHED
+from dolfingrip.experiments.results.following import REACHED, StepResponse
 from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.mechanics.model.pneumatics import CAVITY, LEAST_MPA, TUBE, Air, Line
-from dolfingrip.sections.errors import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.supply import with_valve
 
 STOPS: Final = 12
 """Pressures at which the finger is simulated."""
 
-FILLING_STEPS: Final = 500
-"""Steps in which choked valve and tube would fill the cavity by the pressure of the air around."""
-
-LONGEST: Final = 5
-"""Times that: a supply that would need longer at its pace counts as never filling the cavity."""
-
 OPENING: Final = 1e-9
 """Error of the part of a valve that is open."""
-
-
-@dataclass(frozen=True, slots=True)
-class RestingFinger:
-    """A finger at rest at each pressure of its cavity.
-
-    Attributes:
-        pressure_kPa: rising from 0 on, (n,).
-        volume_mm3: of the cavity there, (n,).
-        angle_deg: of the tip there, (n,).
-    """
-
-    pressure_kPa: np.ndarray
-    volume_mm3: np.ndarray
-    angle_deg: np.ndarray
-
-    def volume_at(self) -> Callable[[float], float]:
-        """Return the volume (mm³) as a function of pressure (kPa above that of the air around)."""
-        inside = PchipInterpolator(self.pressure_kPa, self.volume_mm3)
-        ends = self.pressure_kPa[[0, -1]]
-        slopes = inside(ends, 1)
-
-        def volume(kPa: float) -> float:
-            nearest = min(max(kPa, ends[0]), ends[1])
-            slope = slopes[0] if kPa < ends[0] else slopes[1]
-            return float(inside(nearest) + slope * (kPa - nearest))
-
-        return volume
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +45,8 @@ class Feedforward:
         wished_deg: angle that it should have, (n,); None where a pressure is wished.
         commands: by column: ``set_point_kPa`` of a regulator, or ``valve_open`` and
             ``exhaust_open``, the parts of the step in which they are open, (n,).
-        cavity_mm3: volume of the cavity at rest.
-        best_s: time to fill it to 95 % of the highest wished pressure with the valve open all the
-            time; infinite: it never gets there.
-        highest_kPa: pressure that it has in the end with all open, of those up to the highest
-            wished one.
+        cavity_cm3: volume of the cavity at rest.
+        fastest: its filling to the highest wished pressure, with the valve open all the time.
     """
 
     time_s: np.ndarray
@@ -93,9 +56,8 @@ class Feedforward:
     angle_deg: np.ndarray
     wished_deg: np.ndarray | None
     commands: Mapping[str, np.ndarray]
-    cavity_mm3: float
-    best_s: float
-    highest_kPa: float
+    cavity_cm3: float
+    fastest: StepResponse
 
     def rows(self) -> list[dict[str, float]]:
         """Return the table's rows, by column."""
@@ -109,14 +71,8 @@ class Feedforward:
 
     def sentences(self) -> list[str]:
         """Return what to know of them: the fastest filling, and where the curve is missed."""
-        highest = float(self.wished_kPa.max())
-        what = f"the cavity of {self.cavity_mm3 / 1000:.3g} cm³"
-        if math.isinf(self.best_s):
-            fills = f"this supply never fills {what} to {highest:.4g} kPa"
-            lines = [f"{fills}: {self.highest_kPa:.4g} kPa at most"]
-        else:
-            reached = f"{100 * REACHED:.0f} % of {highest:.4g} kPa"
-            lines = [f"this supply fills {what} to {reached} in {self.best_s:.2g} s at best"]
+        highest = self.fastest.wanted_kPa
+        lines = [f"at best {self.fastest.sentence}; at rest it holds {self.cavity_cm3:.3g} cm³"]
         late = self.reached_kPa - self.wished_kPa
         worst = int(np.abs(late).argmax())
         if abs(late[worst]) < (1 - REACHED) * highest:
@@ -163,10 +119,7 @@ def command_for(
     Raises:
         ConfigError: one line about what is wrong with the curve or the configuration.
     """
-    supply, times = config.supply, np.asarray(time_s, dtype=float)
-    if supply is None or supply.source == "syringe":
-        shown = "none" if supply is None else '"syringe"'
-        raise ConfigError(f'supply.source = {shown}: allowed: "ideal", "pump", "tank"')
+    supply, times = with_valve(config.supply), np.asarray(time_s, dtype=float)
     if len(times) < 2 or times[0] != 0 or not (np.diff(times) > 0).all():
         raise ConfigError(f"{TIME.name} = {times[:3]}: allowed: two or more, rising from 0 s on")
     every = times[-1] / 200 if every_s is None else every_s
@@ -195,9 +148,11 @@ def command_for(
     for step in filling.following(wished * KPA, every):
         reached.append(step)
         progress(len(reached), len(steps))
-    best_s, most_kPa = filling.fastest(float(wished.max()) * KPA)
+    line = filling.line
+    opened = line if filling.regulated else replace(line, commanded=(line.duty, 0.0))
+    fastest = step_response(finger, opened, highest, float(wished.max()))
     cavity, tube, command = np.array(reached).T
-    ambient = filling.line.ambient
+    ambient = line.ambient
     if filling.regulated:
         commands = {"set_point_kPa": (command - ambient) / KPA}
     else:
@@ -206,7 +161,7 @@ def command_for(
     return Feedforward(
         steps, wished, reached_kPa, (tube - ambient) / KPA,
         PressureCurve.of(finger.pressure_kPa, finger.angle_deg).at(reached_kPa),
-        wished_deg, commands, float(finger.volume_mm3[0]), best_s, most_kPa,
+        wished_deg, commands, float(finger.volume_mm3[0]) / 1000, fastest,
     )  # fmt: skip
 
 
@@ -225,14 +180,9 @@ def _resting(config: Config, highest_kPa: float) -> RestingFinger:
     """
     if highest_kPa <= 0:
         raise ConfigError(f"{PRESSURE.name} = 0 all along: allowed: a curve that rises above 0 kPa")
-    ramp = {"min_pressure_kPa": 0.0, "max_pressure_kPa": highest_kPa, "cycles": 1,
-            "step_kPa": highest_kPa / STOPS, "dynamic": False, "control": "pressure",
-            "unload": False, "hold_s": 0.0, "rest_s": 0.0}  # fmt: skip
-    data = config.opened(["experiment"])
-    data["experiment"] = {**data["experiment"], **ramp}
-    for section in ("supply", "protocol", "release", "base"):
-        data.pop(section, None)
-    result = run("bending", checked(type(config), data))
+    ramp = {"min_pressure_kPa": 0.0, "max_pressure_kPa": highest_kPa,
+            "step_kPa": highest_kPa / STOPS}  # fmt: skip
+    result = run("bending", config.at_rest().changed(experiment=ramp))
     if result.failure is not None:
         raise ConfigError(f"up to {highest_kPa:g} kPa: {result.failure.sentence()}")
     if CAVITY_VOLUME.name not in result.rows[0]:
@@ -267,19 +217,14 @@ class Filling:
         ambient = self.line.ambient
         return (ambient, ambient + self.highest) if self.regulated else (-1.0, self.line.duty)
 
-    def at_rest(self) -> Air:
-        """The air before the first step."""
-        air = Air(self.line)
-        air.rest(self.volume_mm3(0.0))
-        return air
-
     def following(self, wished: np.ndarray, step_s: float) -> Iterator[tuple[float, float, float]]:
         """Follow a curve of pressures above that of the air around (MPa), from rest on.
 
         Yields:
             At each step's end the pressures of cavity and tube (MPa, absolute), and the command.
         """
-        air, (least, most) = self.at_rest(), self.ends
+        air, (least, most) = Air(self.line), self.ends
+        air.rest(self.volume_mm3(0.0))
         for pressure in wished + self.line.ambient:
 
             def excess(command: float, air: Air = air, pressure: float = pressure) -> float:
@@ -292,22 +237,6 @@ class Filling:
             else:
                 command = float(brentq(excess, least, most, xtol=OPENING))
                 yield (*self._accepted(air, pressure, command, step_s), command)
-
-    def fastest(self, wished: float) -> tuple[float, float]:
-        """Time (s) to fill the cavity to 95 % of a pressure (MPa), and what is reached (kPa)."""
-        air, line = self.at_rest(), self.line
-        # as much air as the wished pressure needs, from that of the air around
-        filling_s = line.filling_s(self.volume_mm3(wished / KPA)) * (wished / line.ambient + 1)
-        step_s, time_s = filling_s / FILLING_STEPS, 0.0
-        before, aim = line.ambient, line.ambient + REACHED * wished
-        while True:
-            cavity, _ = self._step(air, self.ends[1], step_s)
-            rise = cavity - before
-            if cavity >= aim:
-                return time_s + step_s * (aim - before) / rise, wished / KPA
-            if rise * LONGEST * FILLING_STEPS < aim - cavity:
-                return math.inf, (cavity - line.ambient) / KPA
-            before, time_s = cavity, time_s + step_s
 
     def _commanded(self, air: Air, command: float) -> float:
         """Set the valves; return the pressure that the source is asked for."""

@@ -38,6 +38,8 @@ VOLUME: Final = Need(
     lambda c: c.experiment.control != "pressure", 'experiment.control = "volume" or "auto"'
 )
 RAMPS: Final = Need(lambda c: not c.protocol.time_s, "the experiment's ramps, as [protocol] tells")
+BESIDE_PROTOCOL: Final = ("snaps", "dynamic", "control")
+"""Keys of ``[experiment]`` that act beside a protocol, too."""
 CAMERA: Final = Need(lambda c: bool(c.extensions.active(CameraError)), "an effect of a camera")
 
 TOUCH: Final = Need(lambda c: c.contact.self_contact, "contact.self_contact = true")
@@ -91,7 +93,7 @@ def idle(experiment: Experiment, config: Config, change: Change) -> Iterator[str
         felt = all(holder.felt_on(experiment.parts) for holder in holders)
         if key in experiment.does_without or not felt:
             yield f"{key}: {experiment.command} does not depend on it"
-        elif path[0] == "experiment" and path[1] != "snaps" and not RAMPS.met(config):
+        elif path[0] == "experiment" and path[1] not in BESIDE_PROTOCOL and not RAMPS.met(config):
             yield f"{key}: does nothing without {RAMPS.words}"
         elif path[1] in config.tables[path[0]].unused:
             yield f"{key}: does nothing beside the table's other keys"

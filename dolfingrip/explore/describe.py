@@ -11,13 +11,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHANNELS, FORCE, MOVED, PRESSURE, Channel
+from dolfingrip.channels import ANGLE, CAVITY_VOLUME, CHANNELS, FORCE, MOVED, PRESSURE, Channel
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
+from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.index import find
+from dolfingrip.experiments.results.following import StepResponse
 from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
+from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.explore.library import Blend, Library
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted, pressurised
@@ -59,10 +62,18 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
     pairs = ((kind, library.blend(wanted, kind)) for kind in EXPERIMENTS)
     blends = {kind: b for kind, b in pairs if b is not None and b.checked}
     charts = [_chart(kind, b, kind == wanted.view) for kind, b in blends.items()]
+    numbers = _numbers(space, wanted, blends)
+    highest_kPa = wanted.config.experiment.max_pressure_kPa
+    if space.supply is not None and (free := _resting(blends.get("bending"))):
+        filled = step_response(free, line_of(space.supply), highest_kPa)
+        numbers.append(
+            {"name": "Filled", "value": said(filled.reached_s, "s"), "said": filled.sentence}
+        )
+        charts.append(_filling(filled))
     return {
         "scenes": [replace(scene, title=find(wanted.view).title, kind=wanted.view).packed()],
         "charts": html.charts_data(charts),
-        "numbers": _numbers(space, wanted, blends),
+        "numbers": numbers,
         "said": where,
         "badge": badge,
         "solved": failed is not None or (blend is not None and blend.exact and not blend.coarse),
@@ -124,6 +135,23 @@ def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
     note = "" if error is None else "Band: ± the interpolation's error on designs left out."
     up = Axis(f"{title} ({channel.symbol})", channel.symbol)
     return Chart(title, Axis(PRESSURE.label, PRESSURE.symbol), up, [series], note=note)
+
+
+def _resting(blend: Blend | None) -> RestingFinger | None:
+    """The free finger at rest; None where it is not solved, has no pressure or several cavities."""
+    if blend is None:
+        return None
+    columns = (PRESSURE.name, CAVITY_VOLUME.name, ANGLE.name)
+    finger = RestingFinger(*(blend.reading(column) for column in columns))
+    rising = bool((np.diff(finger.pressure_kPa) > 0).all())
+    return finger if rising and np.isfinite(finger.volume_mm3).all() else None
+
+
+def _filling(filled: StepResponse) -> Chart:
+    """The cavity's pressure as the supply fills it."""
+    series = Series("cavity", filled.time_s, filled.cavity_kPa, "line", 0)
+    time, up = Axis("Time (s)", "s", "Time"), Axis(PRESSURE.label, PRESSURE.symbol)
+    return Chart("Pressure, asked for at once", time, up, [series])
 
 
 def _numbers(space: Space, wanted: Wanted, blends: Mapping[str, Blend]) -> list[dict[str, str]]:

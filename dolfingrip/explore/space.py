@@ -25,6 +25,7 @@ from dolfingrip.report.design import label
 from dolfingrip.report.page import front
 from dolfingrip.report.page.content import FoundResult
 from dolfingrip.sections.geometry.own import OwnChambers
+from dolfingrip.sections.supply import AirLine, with_valve
 from dolfingrip.sections.units import unit
 
 Floats = npt.NDArray[np.float64]
@@ -41,12 +42,13 @@ class Space:
     """Designs that can be explored.
 
     Attributes:
-        base: configuration that parameters are put into.
+        base: configuration that parameters are put into; at rest where there is a supply.
         varied: parameters, and between what.
         chambers: those of them that are dimensions which chambers share, of each chamber alone.
         surrogate: of the designs; None if there is none.
         errors: its root mean square error on designs held out, by output.
         loop: campaign, surrogate and optimum of a design loop.
+        supply: of air, that fills the solved designs.
     """
 
     base: Config
@@ -55,6 +57,7 @@ class Space:
     surrogate: Surrogate | None
     errors: Mapping[str, float]
     loop: front.Loop
+    supply: AirLine | None = None
 
     @property
     def sliders(self) -> list[dict[str, Any]]:
@@ -143,6 +146,9 @@ def of_results(
     surrogate = surrogates.load(loop.surrogate) if loop.surrogate else None
     base = None if file is not None else front.base_of(loop) or _of_runs(solved)
     base = configuration.load(file, overrides) if base is None else changed(base, overrides)
+    supply = base.supply
+    if supply is not None:
+        supply, base = with_valve(supply), base.at_rest()
     shapes = solved or any((folder / FIELDS).is_dir() for folder in campaigns)
     if "experiment.step_kPa" not in overrides and not shapes:  # else their steps are kept
         largest = base.experiment.max_pressure_kPa
@@ -156,7 +162,7 @@ def of_results(
             raise ConfigError(
                 f"--parameter {v.key}: not in this configuration; allowed: one that is"
             ) from None
-    return Space(base, tuple(varied), _chambers(base, varied), surrogate, loop.errors, loop)
+    return Space(base, tuple(varied), _chambers(base, varied), surrogate, loop.errors, loop, supply)
 
 
 def _slider(varied: Varied, value: float | None) -> dict[str, Any]:

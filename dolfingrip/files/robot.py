@@ -131,6 +131,9 @@ class RobotFile(ResultFile):
     facing_plate: int = Field(description="how many of these, from the tip, met the runs' plates")
     plate_N_per_mm: float = Field(description="stiffness of the chain's contact with a plate")
     line_s: float = Field(description="time constant of the pressure's supply")
+    supply: dict[str, Any] | None = Field(
+        None, description="of air, as configured: 95 % are reached after three constants; or none"
+    )
     shape_error_mm: float = Field(
         description="rms distance of the free finger's sections from a chain of so many joints"
     )

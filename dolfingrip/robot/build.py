@@ -30,6 +30,7 @@ from dolfingrip.robot.fit import MOST_JOINTS, POLICY, Fitted, chains, fit
 from dolfingrip.robot.links import BoundSkin, links, skin, whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.robot.runs import FingerRun
+from dolfingrip.sections.supply import AirLine, with_valve
 
 SHOWN: Final = 5
 """Each of so many sections is drawn; both ends are."""
@@ -43,7 +44,11 @@ gives it. Bending at 10 Hz has a sixteenth of the critical damping; with as litt
 stiffer coordinates, contacts of light links tremble, and a long sausage slips out."""
 
 LINE_S: Final = 0.02
-"""Time constant of the pressure's supply."""
+"""Time constant of the pressure's supply where none is configured."""
+
+
+CONSTANTS: Final = 3
+"""Time constants after which a first-order lag has 95 %."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +74,13 @@ class Simulated:
         config: of the runs.
         free: the free finger, from the highest suction on.
         loaded: the finger against plates, and with its weight; the last ones test a chain.
+        supply: of air, where one is configured.
     """
 
     config: Config
     free: FingerRun
     loaded: Sequence[FingerRun]
+    supply: AirLine | None = None
 
     @property
     def fitted(self) -> list[FingerRun]:
@@ -99,9 +106,11 @@ def simulate(config: Config, folder: Path, pool: Pool, progress: Progress = sile
         The runs.
 
     Raises:
-        ConfigError: one line, where the finger does not bend to its back, or has too few readings.
+        ConfigError: one line, where the finger does not bend to its back, or has too few readings,
+            or its supply is a syringe.
         Unfinished: the machine did not let some runs come to an end; the others are kept.
     """
+    supply = config.supply and with_valve(config.supply)
     setup, store = runs.prepared(config), folder / FOLDER
     suction = config.experiment.min_pressure_kPa
     alone = [runs.free_request(setup)]
@@ -113,7 +122,7 @@ def simulate(config: Config, folder: Path, pool: Pool, progress: Progress = sile
     loaded = runs.simulated(requests, store, pool, progress)
     for run in drawn:
         free = free.beside(run)
-    return Simulated(setup, free, loaded)
+    return Simulated(setup, free, loaded, supply)
 
 
 def build(
@@ -167,6 +176,7 @@ def _robot(
         facing_plate=int((levels >= free.pressing_mm[0, 2] - 1e-9).sum()),
         plate_N_per_mm=POLICY.plate_N_per_mm,
         line_s=LINE_S,
+        supply=simulated.supply and simulated.supply.model_dump(mode="json"),
         shape_error_mm=fitted.shape_error_mm,
         valid=Validity(
             pressure_kPa=(float(free.pressure_kPa[0]), float(free.pressure_kPa[-1])),
@@ -183,6 +193,7 @@ def _robot(
     )
     robot = Robot(file)
     found_out = {
+        "line_s": LINE_S if simulated.supply is None else robot.fills_s() / CONSTANTS,
         "levels_mm": tuple(free.levels_mm[::SHOWN]),
         "shapes": tuple(_shapes(robot, free)),
         "comparisons": tuple(error for run in simulated.tested for error in compare(robot, run)),

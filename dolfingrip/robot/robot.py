@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -11,13 +12,13 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from dolfingrip.experiments.feedforward import RestingFinger
+from dolfingrip.experiments.filling import RestingFinger, filled_kPa, step_response
+from dolfingrip.experiments.rigs.pneumatics import line_of
 from dolfingrip.files.robot import RobotFile
 from dolfingrip.robot.chain import Chain, Equilibrium, Loads, Plates, Points, equilibrium
-from dolfingrip.robot.filling import filled_kPa
 from dolfingrip.robot.fit import softness
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.supply import AirLine
+from dolfingrip.sections.supply import AirLine, with_valve
 
 TRIED: Final = 26
 """Pressures between which the one that is sought is looked for."""
@@ -164,15 +165,40 @@ class Robot:
         squares = eigh(1e3 * state.stiffness[0], mass, eigvals_only=True)
         return np.asarray(np.sqrt(squares) / (2 * np.pi))
 
+    def fills_s(self) -> float:
+        """Return the time in which the finger's supply fills it to 95 % of its highest pressure.
+
+        Raises:
+            ConfigError: one line: the supply never does, or the finger has several cavities.
+        """
+        highest = self.file.valid.pressure_kPa[1]
+        response = step_response(self._resting, line_of(self._supply(None)), highest)
+        if math.isinf(response.reached_s):
+            raise ConfigError(f"supply: {response.sentence}; allowed: one that fills it")
+        return response.reached_s
+
+    def _supply(self, other: AirLine | None) -> AirLine:
+        """Another supply, or the finger's own."""
+        told = self.file.supply
+        return with_valve(AirLine(**told) if other is None and told else other)
+
+    @property
+    def _resting(self) -> RestingFinger:
+        """The free finger, by the runs of finite elements."""
+        if not self.file.volume_mm3:
+            raise ConfigError("robot.json: volume_mm3: none; allowed: of a finger of one cavity")
+        pressures = np.array(self.file.free_kPa)
+        return RestingFinger(pressures, np.array(self.file.volume_mm3), pressures)
+
     def filled_kPa(
-        self, supply: AirLine, time_s: Sequence[float], set_kPa: Sequence[float]
+        self, time_s: Sequence[float], set_kPa: Sequence[float], supply: AirLine | None = None
     ) -> np.ndarray:
         """Find the pressure that a supply of air makes in the free finger, without inertia.
 
         Args:
-            supply: of air; no syringe.
             time_s: times that rise, (n,).
             set_kPa: pressure that the supply is asked for there, linear in between, (n,).
+            supply: of air, no syringe; None: that of the configuration.
 
         Returns:
             Pressure (kPa) in the finger at these times, (n,); from rest.
@@ -180,16 +206,10 @@ class Robot:
         Raises:
             ConfigError: one line: a syringe, times that do not rise, or several cavities.
         """
-        file = self.file
-        if supply.source == "syringe":
-            raise ConfigError('supply.source = "syringe": allowed: "ideal", "pump", "tank"')
         if len(time_s) < 2 or len(time_s) != len(set_kPa) or not (np.diff(time_s) > 0).all():
             lengths = f"time_s = {len(time_s)} times, set_kPa = {len(set_kPa)} values"
             raise ConfigError(f"{lengths}: allowed: two or more, as many of both; times that rise")
-        if not file.volume_mm3:
-            raise ConfigError("robot.json: volume_mm3: none; allowed: of a finger of one cavity")
-        pressures, volumes = np.array(file.free_kPa), np.array(file.volume_mm3)
-        return filled_kPa(RestingFinger(pressures, volumes, pressures), supply, time_s, set_kPa)
+        return filled_kPa(self._resting, line_of(self._supply(supply)), time_s, set_kPa)
 
     def pressure_for(
         self,

@@ -168,14 +168,11 @@ def prepared(config: Config) -> Config:
             f"experiment.max_pressure_kPa = {largest:g}: allowed: above 0, as the chain is fitted "
             "to pressures from rest to there"
         )
-    return config.changed(
-        experiment={
-            "control": "pressure", "step_kPa": largest / READINGS, "min_pressure_kPa": 0.0,
-            "unload": False, "cycles": 1, "dynamic": False,
-        },
+    return config.at_rest().changed(
+        experiment={"step_kPa": largest / READINGS, "min_pressure_kPa": 0.0},
         gravity={"acceleration_m_s2": 0.0},  # the simulator's own acts on the links
         plate={"tilt_deg": 0.0, "normal": (1.0, 0.0, 0.0)},
-    )  # fmt: skip
+    )
 
 
 def free_request(config: Config) -> Request:

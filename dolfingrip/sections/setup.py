@@ -33,6 +33,8 @@ from dolfingrip.sections.section import Refusal, Section
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, ThicknessMorph
 from dolfingrip.sections.supply import AirLine
 
+IN_TIME: Final = ("supply", "protocol", "release", "base")
+"""Tables that say what happens in time."""
 KINDS: Final = {name: kind for name, kind in GEOMETRIES.items() if kind.table() == name}
 """Kinds of geometry with a table of their own; bellows have their dimensions in ``finger``."""
 
@@ -274,6 +276,18 @@ class Sections(Section):
         for section, values in sections.items():
             data[section] = {**data.get(section, {}), **values}
         return checked(type(self), data)
+
+    def at_rest(self) -> Self:
+        """A checked copy without what lies in time: supply, protocol, release, motion, inertia.
+
+        Raises:
+            ConfigError: one line naming the key, its value and the allowed range.
+        """
+        data = self.opened(["experiment"])
+        data["experiment"] |= {"dynamic": False, "control": "pressure", "cycles": 1,
+                               "unload": False, "hold_s": 0.0, "rest_s": 0.0}  # fmt: skip
+        kept = {name: table for name, table in data.items() if name not in IN_TIME}
+        return checked(type(self), kept)
 
     def opened(self, sections: Iterable[object]) -> dict[str, Any]:
         """Return the sections by name, some of them as plain data that may be changed.

@@ -42,6 +42,21 @@ def refuse_supply(supply: AirLine | None) -> None:
         raise ConfigError(f"supply = a table: {why}")
 
 
+def with_valve(supply: AirLine | None) -> AirLine:
+    """Return a supply that is asked for pressures.
+
+    Args:
+        supply: of the configuration.
+
+    Raises:
+        ConfigError: one line, if there is none, or it is a syringe.
+    """
+    if supply is None or supply.source == "syringe":
+        shown = "none" if supply is None else '"syringe"'
+        raise ConfigError(f'supply.source = {shown}: allowed: "ideal", "pump", "tank"')
+    return supply
+
+
 @cache
 def boards() -> Mapping[str, Mapping[str, Any]]:
     """Return the keys of each board by its name; ``source_of_numbers`` says where they are from."""

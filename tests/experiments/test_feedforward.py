@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,14 @@ from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.experiments import command_for
 from dolfingrip.experiments import run as experiment
 from dolfingrip.experiments.feedforward import Filling
+from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.results.following import REACHED
 from dolfingrip.mechanics.model.pneumatics import REFERENCE_MPA, Line, Restriction
 from dolfingrip.sections.tables import assignments
 
 VOLUME = 1e5
 """Volume of the rigid chamber (mm³)."""
+CHAMBER = RestingFinger(np.array([0.0, 200.0]), np.full(2, VOLUME), np.zeros(2))
 VALVE = Restriction(1e5, 0.3)
 WIDE = Restriction(1e8, 0.3)
 """A tube that hardly resists."""
@@ -50,10 +53,10 @@ def test_valve_is_open_as_far_as_a_choked_ramp_needs() -> None:
 
 
 def test_fastest_filling_is_that_of_a_choked_valve() -> None:
-    time_s, reached_kPa = rigid(choked_tank()).fastest(0.15)
+    open_line = replace(choked_tank(), commanded=(1.0, 0.0))
+    found = step_response(CHAMBER, open_line, 0.0, 150.0)
     choked = VOLUME * REACHED * 0.15 / (REFERENCE_MPA * VALVE.conductance * TANK_MPA)
-    assert time_s == pytest.approx(choked, rel=2e-3)
-    assert reached_kPa == pytest.approx(150.0)
+    assert found.reached_s == pytest.approx(choked, rel=2e-3)
 
 
 def test_a_curve_that_is_too_fast_is_followed_fully_open() -> None:
@@ -70,9 +73,9 @@ def test_a_curve_that_is_too_fast_is_followed_fully_open() -> None:
 def test_a_weak_regulator_never_fills() -> None:
     """A set point of 100 kPa does not bring 120 kPa; the chamber stays below its own."""
     line = Line(VALVE, VALVE, WIDE, 1.0)
-    time_s, reached_kPa = rigid(line, 100.0).fastest(120.0 * KPA)
-    assert time_s == float("inf")
-    assert reached_kPa == pytest.approx(100.0, rel=0.01)
+    found = step_response(CHAMBER, line, 100.0, 120.0)
+    assert found.reached_s == float("inf")
+    assert found.cavity_kPa[-1] == pytest.approx(100.0, rel=0.01)
 
 
 def short(*overrides: str) -> Config:

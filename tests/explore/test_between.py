@@ -198,3 +198,22 @@ def test_a_surrogate_says_nothing_of_what_it_did_not_learn(tmp_path: Path) -> No
     assert told(inputs={"finger.wall_mm": 1.8}) == []
     assert told(inputs={"finger.override.3.wall_mm": 1.8}) == []
     assert told(pressure_kPa=100) == []
+
+
+def test_a_supply_fills_designs_that_are_solved_at_rest(tmp_path: Path) -> None:
+    """The design is that of a configuration without one; a syringe is refused."""
+    file = tmp_path / "filled.toml"
+    tables = short(
+        "supply.board=programmable-air", "experiment.max_pressure_kPa=40",
+        "protocol.time_s=[0,0,1]", "protocol.pressure_kPa=[0,40,40]",
+    )  # fmt: skip
+    file.write_text(config.dumps(tables), encoding="utf-8")
+    varied = ["finger.wall_mm=1.4:2.2"]
+    found = space.of_results([], file, {}, varied)
+    assert found.supply == tables.supply
+    file.write_text(config.dumps(short("experiment.max_pressure_kPa=40")), encoding="utf-8")
+    without = space.of_results([], file, {}, varied)
+    assert read(found, {"view": "bending"}).design == read(without, {"view": "bending"}).design
+    syringe = {"supply.source": "syringe", "experiment.control": "volume"}
+    with pytest.raises(ConfigError, match=r'supply\.source = "syringe"'):
+        space.of_results([], None, syringe, varied)

@@ -409,14 +409,39 @@ def test_pressure_for(robot: Robot) -> None:
 
 @pytest.mark.slow
 def test_a_supply_fills_it(robot: Robot) -> None:
-    found = robot.filled_kPa(AirLine(source="ideal"), [0.0, 0.01, 2.0], [20.0, 20.0, 20.0])
+    asked = [0.0, 0.01, 2.0], [20.0, 20.0, 20.0]
+    found = robot.filled_kPa(*asked, AirLine(source="ideal"))
     assert found[0] == pytest.approx(0, abs=1e-3)  # its table is interpolated
     assert 0 < found[1] < 19
     assert found[2] == pytest.approx(20, abs=0.05)
     with pytest.raises(ConfigError, match=r'supply\.source = "syringe"'):
-        robot.filled_kPa(AirLine(source="syringe"), [0.0, 1.0], [0.0, 0.0])
+        robot.filled_kPa([0.0, 1.0], [0.0, 0.0], AirLine(source="syringe"))
     with pytest.raises(ConfigError, match=r"time_s = 2 times.*times that rise"):
-        robot.filled_kPa(AirLine(), [1.0, 1.0], [0.0, 0.0])
+        robot.filled_kPa([1.0, 1.0], [0.0, 0.0], AirLine())
+    with pytest.raises(ConfigError, match=r"supply\.source = none"):
+        robot.filled_kPa(*asked)
+    pump = AirLine(source="pump", pump_kPa=(0.0, 60.0), pump_l_per_min=(2.0, 0.0))
+    fed = Robot(robot.file.model_copy(update={"supply": pump.model_dump(mode="json")}))
+    fills_s, times = fed.fills_s(), np.linspace(0.0, 3.0, 601)
+    filled = np.interp(fills_s, times, fed.filled_kPa(times, np.full(601, 50.0)))
+    assert filled == pytest.approx(0.95 * 50, rel=5e-3)
+    kept = AirLine(source="tank", tank_cm3=10.0, tank_kPa=50.0)
+    with pytest.raises(
+        ConfigError, match=r"supply: the cavity never has 95 % of 50 kPa: [\d.]+ kPa"
+    ):
+        Robot(robot.file.model_copy(update={"supply": kept.model_dump(mode="json")})).fills_s()
+
+
+def test_its_runs_are_at_rest() -> None:
+    """A configuration in time makes the same runs as one without supply and protocol."""
+    filled = short(
+        "supply.board=programmable-air", "experiment.max_pressure_kPa=40",
+        "protocol.time_s=[0,0,1]", "protocol.pressure_kPa=[0,40,40]",
+    )  # fmt: skip
+    alone = short("experiment.max_pressure_kPa=40")
+    assert (
+        runs.free_request(runs.prepared(filled)).key == runs.free_request(runs.prepared(alone)).key
+    )
 
 
 @pytest.mark.slow

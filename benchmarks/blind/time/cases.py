@@ -52,7 +52,7 @@ FINER: Final[Change] = {"mesh.size_mm": 8, "mesh.edge_size_mm": 8}
 PUMP: Final[Change] = {
     **FINGER, "supply.source": "pump", "supply.pump_kPa": [0.0, 100.0],
     "supply.pump_l_per_min": [3.0, 0.0], "supply.valve_dm3_per_s_bar": 0.02,
-    "supply.tube_dm3_per_s_bar": 0.05, "supply.tube_cm3": 5.0, "supply.error_kPa": 1.0,
+    "supply.tube_dm3_per_s_bar": 0.05, "supply.tube_cm3": 5.0,
 }  # fmt: skip
 
 
@@ -65,11 +65,13 @@ class Protocol:
         model: that is diagnosed, by changes of the default.
         truth: further changes of the generator's: its mesh, and its steps in time.
         times_s, pressures_kPa: of the rows.
-        noise: standard deviation of each column that is read, in its unit.
+        noise: standard deviation of each column that is read, in its unit; a force is that of the
+            blocked finger.
         effects: that are tried.
         modulus: relative standard deviation of the modulus, as told. Swings and sags tell modulus
             by density alone; so a coupon was pulled where a density is hidden.
         meshes_mm: sizes of the elements of an adopted beam, the analyser's and the generator's.
+        cycle: of each row, where it is told.
     """
 
     name: str
@@ -81,10 +83,28 @@ class Protocol:
     effects: tuple[str, ...]
     modulus: float = 0.1
     meshes_mm: tuple[float, float] | None = None
+    cycle: np.ndarray | None = None
+
+    @property
+    def protocol(self) -> dict[str, list[float]]:
+        """Columns that are prescribed."""
+        columns = {"time_s": self.times_s, "pressure_kPa": self.pressures_kPa}
+        if self.cycle is not None:
+            columns["cycle"] = self.cycle
+        return {name: values.tolist() for name, values in columns.items()}
+
+    @property
+    def experiments(self) -> dict[str, list[str]]:
+        """Columns that are read in each experiment."""
+        forces = [name for name in self.noise if name == "force_N"]
+        others = [name for name in self.noise if name not in forces]
+        return {"bending": others} | ({"blocked_force": forces} if forces else {})
 
 
 SWING_S: Final = np.arange(0.0, 0.2001, 0.01)
 FILL_S: Final = np.arange(0.0, 2.001, 0.1)
+RISE_S: Final = np.array([0, 0.25, 0.5, 0.75, 1, 1.5, 3, 3.25, 3.5, 3.75, 4])
+TIRED: Final = np.repeat([1, 10, 100, 1000], 4)
 WAIT_S: Final = np.array([0, 1, 2, 4, 10, 60, 120, 240, 480, 600, 601, 602, 604, 700, 900])
 MOVING: Final = ("loss_factor", "density", "tip_mass", "sensor_lag", "prony")
 
@@ -95,25 +115,41 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
                  {"tip_x_mm": 0.05}, ("density", "tip_mass", "sensor_lag"), 0.02, (30.0, 25.0)),
         Protocol("elastic", BEAM, {"solver.time_error_mm": 0.005}, SWING_S, 0 * SWING_S,
                  {"tip_x_mm": 0.05}, MOVING, meshes_mm=(30.0, 25.0)),
-        Protocol("filling", PUMP, {**FINER, "supply.error_kPa": 0.2}, FILL_S,
+        Protocol("filling", PUMP, {**FINER, "supply.error_kPa": 0.02}, FILL_S,
                  np.where((FILL_S > 0) & (FILL_S < 1.05), 40.0, 0.0), {"angle_deg": 0.03},
                  ("leak", "dead_volume", "starving_valve", "sensor_lag", "set_point_logged")),
         Protocol("waits", FINGER, FINER, WAIT_S,
                  np.interp(WAIT_S, [0, 4, 600, 604], [0, 40, 40, 0]), {"angle_deg": 0.05},
                  ("zero_drift", "prony", "temperature_drift", "permanent_set")),
+        Protocol("gauge", {**PUMP, "supply.gauge_part": 0.0, "supply.tube_dm3_per_s_bar": 0.02},
+                 {**FINER, "supply.error_kPa": 0.02}, FILL_S,
+                 np.where((FILL_S > 0) & (FILL_S < 1.05), 40.0, 0.0), {"angle_deg": 0.03},
+                 ("gauge_at_the_source", "leak", "dead_volume", "sensor_lag")),
+        Protocol("rise", {**FINGER, "plate.gap_mm": 0.1}, FINER, RISE_S,
+                 np.interp(RISE_S, [0, 1, 3, 4], [0, 40, 40, 0]),
+                 {"angle_deg": 0.03, "force_N": 0.002},
+                 ("set_point_logged", "sensor_lag", "prony")),
+        Protocol("tired", FINGER, FINER, 10.0 * TIRED + np.tile([0, 2, 4, 6], 4),
+                 np.tile([0.0, 20.0, 40.0, 20.0], 4), {"angle_deg": 0.03},
+                 ("fatigue", "mullins", "permanent_set", "temperature_drift"), cycle=TIRED),
     )
 }  # fmt: skip
 """``swing``: a beam of silicone that is held level and let go; ``elastic``: the same, of whose loss
 the analyser knows nothing; ``filling``: a finger that a pump fills and a valve vents; ``waits``:
-one that is held under pressure for ten minutes, and rests."""
+one that is held under pressure for ten minutes, and rests; ``gauge``: ``filling`` with a gauge that
+is taken to be at the cavity; ``rise``: a ramp whose angle and force are read; ``tired``: four of a
+thousand cycles."""
 
 HIDDEN: Final[Mapping[str, Mapping[str, tuple[tuple[str, ...], ...]]]] = {
-    "swing": {"one": (("sensor_lag",), ("density",), ("tip_mass",)),
+    "swing": {"one": 3 * (("sensor_lag",), ("density",), ("tip_mass",)),
               "two": (("density", "sensor_lag"), ("density", "tip_mass"))},
-    "elastic": {"one": (("loss_factor",),), "two": (("loss_factor", "sensor_lag"),)},
-    "filling": {"one": (("leak",), ("dead_volume",), ("starving_valve",)),
-                "two": (("set_point_logged", "sensor_lag"),)},
-    "waits": {"one": (("zero_drift",),)},
+    "elastic": {"one": 3 * (("loss_factor",),), "two": (("loss_factor", "sensor_lag"),)},
+    "filling": {"one": 3 * (("leak",), ("dead_volume",), ("starving_valve",)),
+                "two": (("set_point_logged", "sensor_lag"), ("dead_volume", "starving_valve"))},
+    "waits": {"one": 3 * (("zero_drift",),), "two": (("zero_drift", "prony"),)},
+    "gauge": {"one": 3 * (("gauge_at_the_source",),), "two": (("gauge_at_the_source", "leak"),)},
+    "rise": {"one": 3 * (("set_point_logged",),), "two": (("set_point_logged", "prony"),)},
+    "tired": {"one": 3 * (("fatigue",),), "two": (("fatigue", "mullins"),)},
 }  # fmt: skip
 """Causes of each case by its kind, in the order of its number."""
 
@@ -203,20 +239,23 @@ def measured(plan: Protocol, scratch: Path, case: Case[Truth]) -> Path:
     """
     base = configured(plan, scratch, truly=True)
     modulus = {"material.mu_MPa": case.truth.modulus * base.material.shear_MPa}
-    protocol = {"time_s": plan.times_s.tolist(), "pressure_kPa": plan.pressures_kPa.tolist()}
-    truth = changed(base, {**modulus, **case.truth.causes}).changed(protocol=protocol)
-    result = run("bending", truth)
-    assert result.failure is None, result.failure.sentence()
-    rng = np.random.default_rng((*case.seed, 1))
-    rows = pd.DataFrame({"experiment": "bending", **protocol})
-    for name, std in plan.noise.items():
-        rows[name] = result.column(name) + std * rng.standard_normal(len(rows))
+    truth = changed(base, {**modulus, **case.truth.causes}).changed(protocol=plan.protocol)
+    rng, tables = np.random.default_rng((*case.seed, 1)), []
+    for experiment, columns in plan.experiments.items():
+        result = run(experiment, truth)
+        assert result.failure is None, result.failure.sentence()
+        rows = pd.DataFrame({"experiment": experiment, **plan.protocol})
+        for name in columns:
+            rows[name] = result.column(name) + plan.noise[name] * rng.standard_normal(len(rows))
+        tables.append(rows)
     folder = scratch / f"{case.kind}-{case.number}"
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{plan.name}.csv"
-    rows.to_csv(file, index=False, float_format="%.6g", lineterminator="\n")
-    told = {"experiment": ["bending"], "noise": {**plan.noise},
-            "nuisance": {"modulus": plan.modulus}}  # fmt: skip
+    pd.concat(tables).to_csv(file, index=False, float_format="%.6g", lineterminator="\n")
+    told: dict[str, Any] = {"experiment": list(plan.experiments), "noise": {**plan.noise},
+                            "nuisance": {"modulus": plan.modulus}}  # fmt: skip
+    if len(plan.experiments) > 1:
+        told["plate"] = {"gap_mm": base.plate.gap_mm}
     file.with_suffix(".toml").write_text(tomlkit.dumps(told), encoding="utf-8")
     return file
 

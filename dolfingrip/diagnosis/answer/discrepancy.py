@@ -21,9 +21,9 @@ import numpy as np
 import pandas as pd
 from numpy.polynomial import chebyshev
 
+from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.diagnosis.data.measurement import largest
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.diagnosis.simulation.simulated import moves
 from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 

@@ -32,7 +32,8 @@ from dolfingrip.channels import (
     supply_of,
 )
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data import table
+from dolfingrip.diagnosis.data import clock, table
+from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 from dolfingrip.diagnosis.data.motion import motion, smallest_change, travel
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers, read_by
@@ -385,6 +386,8 @@ def read(
                 _check_supplies(test, config)
             timed, doubts = _timed(test, group, base, policy)
             warnings += doubts + _doubts(test, group)
+            if moves(test.applied(base)) and not test.small_vibrations:
+                warnings += clock.gap(timed, test.control, f"{file}: {experiment} of {specimen}")
             tests.append(test)
             tables.append(timed.assign(test=test.number))
     tests = _of_one_body(tests)

@@ -18,6 +18,7 @@ import numpy as np
 from dolfingrip import parameter
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Change, Config, changed
+from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.runner import Workers, request
@@ -82,15 +83,6 @@ def path_independent(config: Config) -> bool:
         config: with its effects.
     """
     return not any(effect.follows_path() for effect in config.extensions.active())
-
-
-def moves(config: Config) -> bool:
-    """Tell whether a body goes on while the control rests: by inertia, or as its air flows.
-
-    Args:
-        config: with its set-up.
-    """
-    return config.experiment.dynamic or config.supply is not None
 
 
 def still(config: Config, follows: bool) -> Config:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,6 +14,37 @@ if TYPE_CHECKING:
 
 REACHED: Final = 0.95
 """Part of a pressure from which on it counts as reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepResponse:
+    """How the pressure in a cavity follows one that its supply is asked for.
+
+    Attributes:
+        wanted_kPa: that is wanted.
+        time_s: since it is asked for in full, rising, (n,).
+        cavity_kPa: pressure in the cavity, (n,).
+    """
+
+    wanted_kPa: float
+    time_s: np.ndarray
+    cavity_kPa: np.ndarray
+
+    @property
+    def reached_s(self) -> float:
+        """Time to 95 % of the pressure; infinite where the cavity never has it."""
+        wanted, rising = REACHED * self.wanted_kPa, np.maximum.accumulate(self.cavity_kPa)
+        return float(np.interp(wanted, rising, self.time_s, right=np.inf))
+
+    @property
+    def sentence(self) -> str:
+        """How fast it is."""
+        what = f"{100 * REACHED:g} % of {self.wanted_kPa:.4g} kPa"
+        if np.isinf(self.reached_s):
+            return f"the cavity never has {what}: {self.cavity_kPa.max():.3g} kPa at most"
+        if self.reached_s < 0:
+            return f"the cavity has {what} before they are asked for in full"
+        return f"the cavity has {what} {self.reached_s:.2g} s after they are asked for"
 
 
 def remarks(result: Readings) -> list[str]:
@@ -27,18 +59,6 @@ def remarks(result: Readings) -> list[str]:
     names = (TIME.name, PRESSURE.name, CAVITY_PRESSURE.name)
     time_s, prescribed, inside = (result.column(name) for name in names)
     highest = float(prescribed.max(initial=0.0))
-    if highest <= 0:
+    if highest <= 0 or inside[0] >= REACHED * highest:
         return []
-    start_s, wanted = float(time_s[prescribed.argmax()]), REACHED * highest
-    said = f"{100 * REACHED:g} % of the {highest:g} kPa"
-    late = np.flatnonzero(inside >= wanted)
-    if not late.size:
-        return [f"the cavity never reaches {said}: {inside.max():.3g} kPa at most"]
-    first = int(late[0])
-    if first == 0:
-        return []
-    pair = slice(first - 1, first + 1)
-    reached_s = float(np.interp(wanted, inside[pair], time_s[pair]))
-    if reached_s < start_s:
-        return [f"the cavity reaches {said} before these are asked for in full"]
-    return [f"the cavity reaches {said} {reached_s - start_s:.2g} s after these are asked for"]
+    return [StepResponse(highest, time_s - time_s[prescribed.argmax()], inside).sentence]

@@ -1,0 +1,35 @@
+"""Whether the rows of a record are close enough to show the model's slowest swing."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from dolfingrip.channels import FREQUENCIES, TIME
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data.clock import aliased
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.runner import Workers, request
+
+
+def undersampled(measurement: Measurement, config: Config, workers: Workers) -> list[str]:
+    """Say which records show the model's slowest swing too seldom, by its natural frequency.
+
+    Args:
+        measurement: what was measured.
+        config: the model.
+        workers: that compute the frequency of each set-up with inertia.
+    """
+    lines = []
+    for test, applied in zip(measurement.tests, measurement.applied(config), strict=True):
+        if not applied.experiment.dynamic or test.small_vibrations:
+            continue
+        steps = np.diff(np.unique(measurement.rows(test.number)[TIME.name]))
+        slight = {"min_pressure_kPa": 0.0, "max_pressure_kPa": 1.0, "step_kPa": 1.0}
+        with suppress(ConfigError):  # a mesh of half a body has no swings across
+            wanted = request("vibration", applied.at_rest().changed(experiment=slight))
+            swings = workers.results([wanted])[0].columns.get(FREQUENCIES[0].name)
+            doubt = aliased(float(np.median(steps)), swings[0]) if swings else ""
+            lines += [f"{test}: {doubt}"] if doubt else []
+    return lines
