@@ -25,7 +25,7 @@ from benchmarks.track.shapes import SMALL, shapes
 from dolfingrip.config import Config, load
 from dolfingrip.files import table
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import family, frames, scale, track, watch
+from dolfingrip.tracking import family, frames, plane, scale, track, watch
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
@@ -61,6 +61,9 @@ def scene(number: int) -> Scene:
         cast=tuple(rng.uniform(0.8, 1.0, 3)), cable=bool(rng.random() < 0.3),
         decoys=int(rng.integers(0, 5)), fingers=fingers, bits_per_px=rng.uniform(0.25, 0.4),
         shift_s=rng.uniform(-2, 5), lag_s=lag, light=bool(number % 2), seed=number,
+        k2=rng.normal(0, plane.POLICY.k2), event=rng.uniform(),
+        centre=tuple(rng.normal(0, plane.POLICY.centre, 2)),
+        turned_deg=tuple(rng.normal(0, plane.POLICY.plane_deg, 2)),
         extra={"tag_mm": 8.0, "target": (12.0 if sheet else 0.0, 97.0 if sheet else 40.0, 0.0)},
     )  # fmt: skip
     if number < MARKED:
@@ -150,7 +153,8 @@ def judged(own: Scene, stem: Path) -> list[dict[str, Any]]:
                 std = float(np.hypot(body.noise[name][at], body.common[name][at]))
                 if np.isfinite(errors[short][at]):
                     held[f"{short}_{label}"] = float(errors[short][at]) / std
-        held["scale"] = (length[0] / length[1] - 1) / float(np.hypot(spread, 0.1 / length[1]))
+        ends_mm = np.hypot(*(body.noise[f"marker_{i}_z_mm"][0] for i in (1, last)))
+        held["scale"] = (length[0] / length[1] - 1) / float(np.hypot(spread, ends_mm / length[1]))
         held["shift"] = late / tracked.clock.std_s
         rows.append({
             "video": own.seed, "sheet": int(own.sheet), "marks": own.marks,
