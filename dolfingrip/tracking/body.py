@@ -54,6 +54,7 @@ class Body:
     Attributes:
         readings: (frames,) by column.
         noise: (frames,) standard deviations of what changes from frame to frame, by column.
+        single: those that it would have in frames which know nothing of each other, by column.
         common: (frames,) standard deviations of what all frames have in common, by column.
         draws: readings by other cameras that fit what was seen, of the same tilt where nothing
             tells it.
@@ -72,6 +73,7 @@ class Body:
 
     readings: dict[str, Floats]
     noise: dict[str, Floats]
+    single: dict[str, Floats]
     common: dict[str, Floats]
     draws: list[dict[str, Floats]]
     frame_px: float
@@ -140,7 +142,10 @@ def read(
     readings = values(moving.px, None)
     draws = drawn(camera.square)
     common = _spread(readings, draws if camera.has_sheet else drawn(camera))
-    noisy = [values(moving.jittered(generator), None) for _ in range(DRAWS)]
+    noise, single = (
+        _spread(readings, [values(of.jittered(generator), None) for _ in range(DRAWS)])
+        for of in (moving, moving.single)
+    )
     tip = (
         "the last tag" if points.corners_px is not None else "the line between the last two points"
     )
@@ -153,7 +158,7 @@ def read(
     if points.corners_px is not None or not from_clamp:
         compared.insert(0, ANGLE.name)
     return Body(
-        readings, _spread(readings, noisy), common, draws, float(moving.frame_px[:count].mean()),
+        readings, noise, single, common, draws, float(moving.frame_px[:count].mean()),
         np.nanmedian(frame.of(plane[at_rest]), axis=0), points.shared_px is not None, frame,
         from_clamp, bends, askew, compared, defined,
     )  # fmt: skip

@@ -8,7 +8,7 @@ curves tells the noise of the video.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -53,6 +53,16 @@ class Motion:
     along_px: Floats
     frame_px: Floats
     alike: float
+
+    @property
+    def single(self) -> Motion:
+        """This motion with the errors of frames that know nothing of each other.
+
+        Whoever takes the frames' errors for new ones each time, as a diagnosis does, averages them
+        himself: with these he does not do so twice.
+        """
+        each_px = np.broadcast_to(self.frame_px * _lasting(self.alike), self.std_px.shape)
+        return replace(self, std_px=each_px, along_px=np.zeros_like(self.px), alike=0.0)
 
     def jittered(self, generator: np.random.Generator) -> Floats:
         """Places (frames, marks, 2) with other noise.
@@ -106,9 +116,14 @@ def follow(points: TrackedPoints) -> Motion:
     frame_px = np.sqrt(np.max(variances, axis=0))  # noise of a still codec shows in no window
     left = np.sqrt(weight) * (places - curved)
     alike = float(np.clip((left[1:] * left[:-1]).sum() / ((left**2).sum() + TINY), 0.0, ALIKE))
-    std_px = frame_px * np.sqrt(leverage[:, ::2] * (1 + alike) / (1 - alike))
+    std_px = frame_px * _lasting(alike) * np.sqrt(leverage[:, ::2])
     px = np.where(np.isnan(marks), np.nan, curved.reshape(marks.shape))
     return Motion(px, std_px, frame_px[:, None] * along.reshape(marks.shape), frame_px, alike)
+
+
+def _lasting(alike: float) -> float:
+    """Factor by which the error of a mean is larger where each error is like the one before."""
+    return float(np.sqrt((1 + alike) / (1 - alike)))
 
 
 def _curves(places: Floats, weight: Floats) -> tuple[Floats, Floats, Floats]:
