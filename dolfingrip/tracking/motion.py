@@ -24,7 +24,7 @@ STEP: Final = 15
 """Frames from one row to the next."""
 LEAST: Final = 12
 """Fewer frames tell no motion, and pictures without time tell none."""
-DEGREES: Final = (1, 1, 1, 3, 3, 3, 3)
+DEGREES: Final = (1, 1, 1, 3, 3)
 """Degrees of the curves by round; straight lines begin."""
 ORDINARY_PX: Final = 0.3
 """Standard deviation of a place where no motion tells it."""
