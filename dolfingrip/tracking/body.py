@@ -23,6 +23,9 @@ DRAWS: Final = 60
 STRAIGHT: Final = 0.04
 """Points at rest lie on a line along z where none is farther from it, by their distance."""
 SEED: Final = 73
+COLOUR_PX: Final = 0.5 / np.sqrt(12)
+"""Standard deviation of the place of colour along a line of pixels: a video has it at the left one
+of two pixels or between them, and few tell at which."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,8 @@ def read(
     def drawn(of: Calibration) -> list[dict[str, Floats]]:
         draws = of.draws(DRAWS, generator)
         shared = np.zeros((DRAWS, 1, 1, 2)) if points.shared_px is None else points.shared_px
+        if points.radius_px:
+            shared[..., 0] = generator.normal(0.0, COLOUR_PX, (DRAWS, 1, 1))
         return [values(moving.px + off, draw) for off, draw in zip(shared, draws, strict=True)]
 
     readings = values(moving.px, None)
