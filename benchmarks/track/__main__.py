@@ -6,6 +6,10 @@ renders 38 videos with settings drawn by seed, the last 8 without marks, tracks 
 ``benchmarks/track.csv``.
 Videos and answers are kept in ``--out``, so that a second call goes on. A video takes one to four
 minutes of one core.
+
+    scripts/run python -m benchmarks.track --example examples/film
+
+renders the video of the example, its log and its truth.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from benchmarks.track.shapes import SMALL, shapes
 from dolfingrip.config import Config, load
 from dolfingrip.files import table
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import family, frames, scale, track, watch
+from dolfingrip.tracking import family, frames, plane, scale, track, watch
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
@@ -61,6 +65,9 @@ def scene(number: int) -> Scene:
         cast=tuple(rng.uniform(0.8, 1.0, 3)), cable=bool(rng.random() < 0.3),
         decoys=int(rng.integers(0, 5)), fingers=fingers, bits_per_px=rng.uniform(0.25, 0.4),
         shift_s=rng.uniform(-2, 5), lag_s=lag, light=bool(number % 2), seed=number,
+        k2=rng.normal(0, plane.POLICY.k2), event=rng.uniform(),
+        centre=tuple(rng.normal(0, plane.POLICY.centre, 2)),
+        turned_deg=tuple(rng.normal(0, plane.POLICY.plane_deg, 2)),
         extra={"tag_mm": 8.0, "target": (12.0 if sheet else 0.0, 97.0 if sheet else 40.0, 0.0)},
     )  # fmt: skip
     if number < MARKED:
@@ -150,7 +157,8 @@ def judged(own: Scene, stem: Path) -> list[dict[str, Any]]:
                 std = float(np.hypot(body.noise[name][at], body.common[name][at]))
                 if np.isfinite(errors[short][at]):
                     held[f"{short}_{label}"] = float(errors[short][at]) / std
-        held["scale"] = (length[0] / length[1] - 1) / float(np.hypot(spread, 0.1 / length[1]))
+        ends_mm = np.hypot(*(body.noise[f"marker_{i}_z_mm"][0] for i in (1, last)))
+        held["scale"] = (length[0] / length[1] - 1) / float(np.hypot(spread, ends_mm / length[1]))
         held["shift"] = late / tracked.clock.std_s
         rows.append({
             "video": own.seed, "sheet": int(own.sheet), "marks": own.marks,
@@ -202,13 +210,43 @@ def summary(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def example(folder: Path, out: Path) -> None:
+    """Write a video that is small enough for a repository, its log and its truth.
+
+    Args:
+        folder: target.
+        out: folder of the shapes.
+    """
+    own = Scene(rate_hz=20.0, seconds=3.0, tilt_deg=6.0, tilt_way_deg=40.0, k1=-0.04,
+                in_front_mm=14.0, bits_per_px=0.04, noise=1.5, shift_s=1.3,
+                extra={"target": (12.0, 97.0, 0.0)})  # fmt: skip
+    truth = render(own, shapes(own.finger, out / "shapes"), folder / "finger")
+    (folder / "finger.log.csv").replace(folder / "log.csv")
+    (folder / "finger.npz").unlink()
+    x, z = truth["marks_mm"][0].transpose(2, 1, 0)
+    angle = np.degrees(np.arctan2(-(x[-1] - x[-2]), z[-1] - z[-2]))
+    columns = {
+        "time_s": (truth["time_s"], 2), "tip_x_mm": (x[-1], 3), "tip_z_mm": (z[-1], 3),
+        "angle_deg": (angle - angle[0], 3),
+    }  # fmt: skip
+    rows = [
+        {name: f"{values[i]:.{digits}f}" for name, (values, digits) in columns.items()}
+        for i in range(len(x[-1]))
+    ]
+    table.write(folder / "truth.csv", rows)
+
+
 def main() -> None:
     """Render, track and judge."""
     parser = argparse.ArgumentParser(prog="benchmarks.track")
     parser.add_argument("--only", type=int, nargs="*", default=list(range(COUNT)))
     parser.add_argument("--out", type=Path, default=Path("out/track"))
     parser.add_argument("--again", action="store_true", help="track what was tracked before")
+    parser.add_argument("--example", type=Path, help="folder of the example that is rendered")
     told = parser.parse_args()
+    if told.example is not None:
+        example(told.example, told.out)
+        return
     rows: list[dict[str, Any]] = []
     for number in told.only:
         own, stem = scene(number), told.out / "videos" / f"{number:02d}"

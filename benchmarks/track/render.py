@@ -34,7 +34,9 @@ class Scene:
         tilt_deg, tilt_way_deg: angle of the camera against the plane, and the way it is turned.
         distance_mm: camera to sheet.
         focal: focal length by the longer side.
-        k1: distortion.
+        k1, k2: distortion.
+        centre: principal point from the picture's middle, by the longer side.
+        turned_deg: the finger's plane against the sheet, about its length and across.
         in_front_mm: dots in front of the sheet; the finger's middle where there are none.
         sheet: whether there is one.
         marks: ``dots``, ``tags`` or ``none``.
@@ -52,6 +54,7 @@ class Scene:
         shift_s: time of the log at the first frame.
         lag_s: the finger follows the pressure by this much later.
         light: whether a light shows in both.
+        event: part of the time between frames at which it goes on.
         seed: of noise and places.
     """
 
@@ -64,6 +67,9 @@ class Scene:
     distance_mm: float = 520.0
     focal: float = 0.9
     k1: float = 0.0
+    k2: float = 0.0
+    centre: tuple[float, float] = (0.0, 0.0)
+    turned_deg: tuple[float, float] = (0.0, 0.0)
     in_front_mm: float = 12.0
     sheet: bool = True
     marks: str = "dots"
@@ -81,6 +87,7 @@ class Scene:
     shift_s: float = 2.0
     lag_s: float = 0.0
     light: bool = True
+    event: float = 0.37
     seed: int = 0
     extra: dict[str, Any] = field(default_factory=dict)
 
@@ -122,8 +129,12 @@ class Stage:
         s = self.scene
         width, height = s.size_px
         f = s.focal * max(width, height)
-        self.matrix = np.array([[f, 0, (width - 1) / 2], [0, f, (height - 1) / 2], [0, 0, 1.0]])
-        self.lens = np.array([s.k1, 0.0, 0.0, 0.0])
+        u, v = (np.array([width, height]) - 1) / 2 + np.array(s.centre) * max(width, height)
+        self.matrix = np.array([[f, 0, u], [0, f, v], [0, 0, 1.0]])
+        self.lens = np.array([s.k1, s.k2, 0.0, 0.0])
+        along, across = np.radians(s.turned_deg)
+        self.turned = cv2.Rodrigues(np.array([across, 0.0, along]))[0]
+        self.pivot = np.array([0.0, self.sheet_y - s.in_front_mm, 0.0])
         # world of the sheet: u = −x (to the right), v = z (down), w = y (into the paper)
         tilt, way = np.radians([s.tilt_deg, s.tilt_way_deg])
         axis = tilt * np.array([np.cos(way), np.sin(way), 0.0])
@@ -140,9 +151,8 @@ class Stage:
         return np.asarray(found.reshape(*world_mm.shape[:-1], 2))
 
     def to_sheet(self, world_mm: np.ndarray) -> np.ndarray:
-        return np.stack(
-            [-world_mm[..., 0], world_mm[..., 2], world_mm[..., 1] - self.sheet_y], axis=-1
-        )
+        x, y, z = np.moveaxis((world_mm - self.pivot) @ self.turned.T + self.pivot, -1, 0)
+        return np.stack([-x, z, y - self.sheet_y], axis=-1)
 
     def _marks(self) -> None:
         s = self.scene
@@ -353,12 +363,13 @@ class Stage:
                     p.add_mesh(disc, texture=texture, lighting=False)
                 self.p_marks.append((disc, np.array(disc.points)))
         position = -self.rotation.T @ self.place  # in the sheet's coordinates
-        world = np.array([-position[0], position[2] + self.sheet_y, position[1]])
-        ahead = self.rotation[2]
-        up = -self.rotation[1]
+        swap = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
+        world = swap @ position + np.array([0, self.sheet_y, 0]) - self.pivot
+        world = self.turned.T @ world + self.pivot
+        ahead, up = (self.turned.T @ swap @ self.rotation[i] for i in (2, 1))
         p.camera.position = world
-        p.camera.focal_point = world + np.array([-ahead[0], ahead[2], ahead[1]]) * s.distance_mm
-        p.camera.up = np.array([-up[0], up[2], up[1]])
+        p.camera.focal_point = world + ahead * s.distance_mm
+        p.camera.up = -up
         size = self.high - self.low
         p.camera.view_angle = 2 * np.degrees(np.arctan(size[1] / 2 / self.matrix[0, 0]))
         off = ((self.low + self.high - 1) / 2 - self.matrix[:2, 2]) / (size / 2)
@@ -496,7 +507,7 @@ def render(scene: Scene, shapes: Shapes, stem: Path) -> dict[str, np.ndarray]:
     exposures = (
         np.linspace(-0.25, 0.25, 2) * scene.blur / scene.rate_hz if scene.blur else np.zeros(1)
     )
-    event_s = 0.06 * scene.seconds + 0.37 / scene.rate_hz
+    event_s = 0.06 * scene.seconds + scene.event / scene.rate_hz
     stem.parent.mkdir(parents=True, exist_ok=True)
     with _encoded(stem.with_suffix(".mp4"), scene) as add:
         for t in time_s:

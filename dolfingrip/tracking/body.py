@@ -13,8 +13,9 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, curvature, marker
 from dolfingrip.extensions.camera import turns_per_m
+from dolfingrip.tracking import motion
 from dolfingrip.tracking.plane import Calibration
-from dolfingrip.tracking.points import CORNER, TrackedPoints
+from dolfingrip.tracking.points import TrackedPoints
 
 Floats = np.ndarray
 
@@ -22,6 +23,9 @@ DRAWS: Final = 60
 STRAIGHT: Final = 0.04
 """Points at rest lie on a line along z where none is farther from it, by their distance."""
 SEED: Final = 73
+COLOUR_PX: Final = 0.5 / np.sqrt(12)
+"""Standard deviation of the place of colour along a line of pixels: a video has it at the left one
+of two pixels or between them, and few tell at which."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +57,11 @@ class Body:
     Attributes:
         readings: (frames,) by column.
         noise: (frames,) standard deviations of what changes from frame to frame, by column.
+        single: those that it would have in frames which know nothing of each other, by column.
         common: (frames,) standard deviations of what all frames have in common, by column.
         draws: readings by other cameras that fit what was seen, of the same tilt where nothing
             tells it.
+        frame_px: standard deviation of a point in a single frame.
         rest_mm: (points, 2) x and z at rest.
         on_back: whether the points are those that divide the middle of the back equally.
         frame: where the finger is in the plane of bending.
@@ -70,8 +76,10 @@ class Body:
 
     readings: dict[str, Floats]
     noise: dict[str, Floats]
+    single: dict[str, Floats]
     common: dict[str, Floats]
     draws: list[dict[str, Floats]]
+    frame_px: float
     rest_mm: Floats
     on_back: bool
     frame: Frameless
@@ -87,7 +95,7 @@ def resting(px: Floats, noise_px: Floats) -> Floats:
 
     Args:
         px: (frames, points, 2).
-        noise_px: (frames, points).
+        noise_px: (points,) in a single frame.
     """
     moved = np.abs(px - px[0]).max(axis=2) > 4 * noise_px
     moves = np.flatnonzero(moved.any(axis=1))
@@ -116,39 +124,33 @@ def read(
         side: to which it bends in the picture, ``left`` or ``right`` of the way from clamp to
             tip as seen; None: by its motion.
     """
-    noise_px = points.noise_px()
-    at_rest = resting(points.px, noise_px)
+    moving, count = motion.follow(points), points.px.shape[1]
+    at_rest = resting(points.px, moving.frame_px[:count])
     generator = np.random.default_rng(SEED)
-    plane = camera.plane_mm(points.px)
+    plane = camera.plane_mm(moving.px[:, :count])
     frame, bends, askew = _placed(plane, at_rest, camera, origin_px, side)
 
-    def values(px: Floats, corners: Floats | None, unknowns: Floats | None) -> dict[str, Floats]:
-        places_mm = camera.plane_mm(px, unknowns)
+    def values(marks_px: Floats, unknowns: Floats | None) -> dict[str, Floats]:
+        marks_mm = camera.plane_mm(marks_px, unknowns)
+        places_mm, corners_mm = marks_mm[:, :count], marks_mm[:, count:]
         turned, _, _ = _placed(places_mm, at_rest, camera, origin_px, bends, unknowns)
-        tags = None if corners is None else turned.of(camera.plane_mm(corners, unknowns))
+        tags = turned.of(corners_mm.reshape(len(marks_mm), -1, 4, 2)) if corners_mm.size else None
         return _readings(turned.of(places_mm), tags, at_rest, np.isfinite(turned.origin_mm).all())
 
     def drawn(of: Calibration) -> list[dict[str, Floats]]:
         draws = of.draws(DRAWS, generator)
         shared = np.zeros((DRAWS, 1, 1, 2)) if points.shared_px is None else points.shared_px
-        return [
-            values(points.px + off, points.corners_px, draw)
-            for off, draw in zip(shared, draws, strict=True)
-        ]
+        if points.radius_px:
+            shared[..., 0] = generator.normal(0.0, COLOUR_PX, (DRAWS, 1, 1))
+        return [values(moving.px + off, draw) for off, draw in zip(shared, draws, strict=True)]
 
-    readings = values(points.px, points.corners_px, None)
+    readings = values(moving.px, None)
     draws = drawn(camera.square)
     common = _spread(readings, draws if camera.has_sheet else drawn(camera))
-    noisy = []
-    for _ in range(DRAWS):
-        jitter = generator.standard_normal(points.px.shape) * noise_px[:, :, None]
-        corners = points.corners_px
-        if corners is not None:
-            corners = (
-                corners
-                + CORNER * generator.standard_normal(corners.shape) * noise_px[:, :, None, None]
-            )
-        noisy.append(values(points.px + jitter, corners, None))
+    noise, single = (
+        _spread(readings, [values(of.jittered(generator), None) for _ in range(DRAWS)])
+        for of in (moving, moving.single)
+    )
     tip = (
         "the last tag" if points.corners_px is not None else "the line between the last two points"
     )
@@ -161,7 +163,7 @@ def read(
     if points.corners_px is not None or not from_clamp:
         compared.insert(0, ANGLE.name)
     return Body(
-        readings, _spread(readings, noisy), common, draws,
+        readings, noise, single, common, draws, float(moving.frame_px[:count].mean()),
         np.nanmedian(frame.of(plane[at_rest]), axis=0), points.shared_px is not None, frame,
         from_clamp, bends, askew, compared, defined,
     )  # fmt: skip

@@ -1,8 +1,8 @@
 """Dots of one colour in a frame: learnt in the first one, found in each.
 
 A colour is a direction away from the picture's ordinary colour, without brightness, so that neither
-shadows nor a coloured light count. Glare inside of a dot is filled. A circle of the dots' size is
-fitted to the edge of one that is partly hidden.
+shadows nor a coloured light count. Glare inside of a dot is filled. One that is partly hidden has
+the middle of what is seen, which its share tells.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
@@ -42,7 +41,7 @@ class DotPolicy:
         round: smallest area by that of the convex hull, and by that of a circle of the perimeter.
         alike: largest factor between the areas of dots.
         least_share: of a dot's colour that a pixel within it has.
-        part_seen: share of a dot's area above which its centre of area is taken.
+        part_seen: share of a dot's area below which it is partly hidden.
         least_seen: share below which it is lost.
     """
 
@@ -155,12 +154,8 @@ def find(image: Image, colour: Colour, box: Box | None = None) -> list[Dot]:
         rows, columns = np.indices(part.shape)
         centre = np.array([(weight * columns).sum(), (weight * rows).sum()]) / area + [x0, y0]
         seen = min(area / colour.area_px, 1.0)
-        if seen < POLICY.part_seen:
-            circle = _circle(outline.reshape(-1, 2).astype(float), centre, colour.area_px)
-            if circle is None or seen < POLICY.least_seen:
-                continue
-            centre = circle
-        elif area > POLICY.alike * colour.area_px or max(width, height) > 4 * min(width, height):
+        odd = area > POLICY.alike * colour.area_px or max(width, height) > 4 * min(width, height)
+        if seen < POLICY.least_seen or (odd and seen >= POLICY.part_seen):
             continue
         dots.append(Dot(centre + np.array([left, top]), area, seen))
     return dots
@@ -174,18 +169,6 @@ def _outlines(mask: np.ndarray, least: float, most: float) -> Iterator[np.ndarra
     for outline in outlines:  # through the outermost pixels' middles
         if least <= cv2.contourArea(outline) + 0.5 * len(outline) + 1 <= most:
             yield outline
-
-
-def _circle(outline: np.ndarray, centre: np.ndarray, area_px: float) -> np.ndarray | None:
-    """Centre of a circle of a known area, most of whose seen edge lies on an outline."""
-    radius = np.sqrt(area_px / np.pi) - 0.5  # an outline goes through the outermost pixels' middles
-
-    def away(middle: np.ndarray) -> np.ndarray:
-        return np.asarray(np.linalg.norm(outline - middle, axis=1) - radius)
-
-    fit = least_squares(away, centre, loss="soft_l1", f_scale=0.05 * radius + 0.1)
-    good = np.sort(np.abs(away(fit.x)))[: int(0.55 * len(outline))]
-    return fit.x if len(good) and good[-1] < 0.08 * radius + 0.35 else None
 
 
 def learn(

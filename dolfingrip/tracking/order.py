@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
-from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
+from scipy.sparse.csgraph import connected_components, minimum_spanning_tree, shortest_path
 from scipy.spatial.distance import cdist
 
 
@@ -29,33 +27,7 @@ def fingers(points: np.ndarray, groups: int) -> list[np.ndarray]:
 
 
 def _path(points: np.ndarray) -> np.ndarray:
-    """The shortest way through points, from one end to the other; it goes on as it bends."""
-    away = cdist(points, points)
-    best, least = list(range(len(points))), np.inf
-    for start in range(len(points)):
-        way = [start]
-        while len(way) < len(points):
-            left = [i for i in range(len(points)) if i not in way]
-            way.append(min(left, key=lambda i: float(away[way[-1], i])))
-        way = _uncrossed(way, away)
-        length = float(sum(away[a, b] for a, b in pairwise(way)))
-        if length < least - 1e-9:
-            best, least = way, length
-    return np.array(best)
-
-
-def _uncrossed(way: list[int], away: np.ndarray) -> list[int]:
-    """The way with parts reversed where that makes it shorter."""
-
-    def length(path: list[int]) -> float:
-        return float(sum(away[a, b] for a, b in pairwise(path)))
-
-    improved = True
-    while improved:
-        improved = False
-        for i in range(len(way)):
-            for j in range(i + 2, len(way) + 1):
-                turned = way[:i] + way[i:j][::-1] + way[j:]
-                if length(turned) < length(way) - 1e-9:
-                    way, improved = turned, True
-    return way
+    """The way through points from one end to the other, along the tree of the least length."""
+    tree = minimum_spanning_tree(cdist(points, points))
+    away = shortest_path(tree, directed=False)
+    return np.asarray(away[away.max(axis=0).argmax()].argsort())

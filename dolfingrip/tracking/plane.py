@@ -19,17 +19,18 @@ from dolfingrip.sections.errors import ConfigError
 Floats = np.ndarray
 
 UNKNOWNS: Final = (
-    "log_focal", "centre_u", "centre_v", "k1", "k2", "turn_u", "turn_v", "turn_w", "to_u", "to_v",
-    "log_distance", "in_front_mm", "plane_turn_v", "plane_turn_u",
+    "log_focal", "centre_u", "centre_v", "k1", "k2", "turn_u", "turn_v", "turn_w", "at_u", "at_v",
+    "log_mm_per_px", "in_front_mm", "plane_turn_v", "plane_turn_u",
 )  # fmt: skip
 """Focal length (log of pixels), principal point and distortion; the pose: rotation (rad), place of
-the sheet's origin in the picture (by the distance), distance (log of mm); the dots' plane: its
-distance in front of the sheet (mm), its turn about v and u (rad)."""
+the sheet's origin in the picture from its middle (by the longer side), scale there (log of mm/px);
+the dots' plane: its distance in front of the sheet (mm), its turn about v and u (rad). A picture
+tells place and scale far better than focal length and distance, which so stand for themselves."""
 
 DRAWS: Final = 200
 """Cameras that are drawn for the error of the scale."""
 
-F, K1, TURN, FRONT = 0, 3, slice(5, 8), 11
+F, K1, TURN, AT, SCALE, FRONT = 0, 3, slice(5, 8), slice(8, 10), 10, 11
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +180,7 @@ class Calibration:
     @property
     def distance_mm(self) -> float:
         """Distance of the camera from the plane of bending."""
-        return float(np.exp(self.mean[10]) - self.mean[FRONT])
+        return float(_place(self.mean, self.size_px)[2] - self.mean[FRONT])
 
     def scale(self, at_px: Floats) -> tuple[float, float]:
         """Millimetres per pixel in the plane at a point, and their relative standard deviation.
@@ -218,9 +219,10 @@ def _rotation(unknowns: Floats) -> Floats:
     return np.asarray(cv2.Rodrigues(np.asarray(unknowns[TURN]))[0])
 
 
-def _place(unknowns: Floats) -> Floats:
+def _place(unknowns: Floats, size_px: tuple[int, int]) -> Floats:
     """The sheet's origin from the camera (mm)."""
-    return np.asarray(np.exp(unknowns[10]) * np.array([unknowns[8], unknowns[9], 1.0]))
+    from_centre_px = max(size_px) * (unknowns[AT] - unknowns[1:3])
+    return np.asarray(np.exp(unknowns[SCALE]) * np.append(from_centre_px, np.exp(unknowns[F])))
 
 
 def _lens(unknowns: Floats) -> Floats:
@@ -235,7 +237,7 @@ def _to_plane(unknowns: Floats, size_px: tuple[int, int], points_px: Floats) -> 
     rays = cv2.undistortPoints(seen, _matrix(unknowns, size_px), _lens(unknowns)).reshape(-1, 2)
     rotation = _rotation(unknowns)
     directions = np.column_stack([rays, np.ones(len(rays))]) @ rotation
-    centre = -rotation.T @ _place(unknowns)
+    centre = -rotation.T @ _place(unknowns, size_px)
     slopes = np.tan(unknowns[12:14])
     normal = np.array([-slopes[0], -slopes[1], 1.0])
     steps = (-unknowns[FRONT] - centre @ normal) / (directions @ normal)
@@ -249,8 +251,8 @@ def _to_pixels(unknowns: Floats, size_px: tuple[int, int], solid_mm: Floats) -> 
     import cv2
 
     pixels, _ = cv2.projectPoints(
-        solid_mm, np.asarray(unknowns[TURN]), _place(unknowns), _matrix(unknowns, size_px),
-        _lens(unknowns),
+        solid_mm, np.asarray(unknowns[TURN]), _place(unknowns, size_px),
+        _matrix(unknowns, size_px), _lens(unknowns),
     )  # fmt: skip
     return np.asarray(pixels.reshape(-1, 2))
 
@@ -293,8 +295,9 @@ def of_sheet(
     )
     begin = mean.copy()
     begin[TURN] = turn.ravel()
-    begin[8:11] = place.ravel() / place[2]
-    begin[10] = np.log(place[2].item())
+    focal_px = np.exp(mean[F])
+    begin[AT] = focal_px / max(size_px) * place[:2, 0] / place[2]
+    begin[SCALE] = np.log(place[2].item() / focal_px)
 
     def corners(unknowns: Floats) -> Floats:
         return (_to_pixels(unknowns, size_px, solid) - seen_px).ravel()
@@ -324,11 +327,11 @@ def of_lengths(
     mean, std = _prior(size_px, in_front)
     tiny = 1e-6
     std[TURN] = np.radians(POLICY.tilt_deg), np.radians(POLICY.tilt_deg), tiny
-    std[8:10], std[10] = tiny, np.inf
+    std[AT], std[SCALE] = tiny, np.inf
     per_px = np.median(
         [length.length_mm / np.linalg.norm(np.diff(length.ends_px, axis=0)) for length in lengths]
     )
-    mean[10] = mean[F] + np.log(per_px)
+    mean[SCALE] = np.log(per_px)
 
     def misfit(unknowns: Floats) -> Floats:
         flat = unknowns.copy()
@@ -351,9 +354,8 @@ def of_space(size_px: tuple[int, int]) -> Calibration:
         size_px: width and height of the part of the plane of bending that has points (mm).
     """
     mean, std = _prior(size_px, (0.0, 0.0))
-    mean[10] = mean[F]
     errors = np.full(len(mean), 1e-6)
-    errors[10] = POLICY.capture
+    errors[SCALE] = POLICY.capture
     return Calibration(size_px, mean, np.diag(errors**2), std, "motion capture")
 
 

@@ -10,12 +10,6 @@ import numpy as np
 
 from dolfingrip.tracking.plane import Length
 
-ORDINARY_PX: Final = 0.3
-"""Standard deviation of a place where its jumps do not tell it."""
-LEAST_PX: Final = {"dots": 0.1, "tags": 0.03, "silhouette": 0.15}
-"""The least one: what a codec keeps from frame to frame shows in no jump."""
-CORNER: Final = 3.0
-"""Standard deviation of a tag's corner by that of its centre."""
 HIDDEN: Final = 0.6
 """Shift of a dot's middle by its radius and the share that is hidden."""
 
@@ -55,29 +49,18 @@ class TrackedPoints:
         shared = None if self.shared_px is None else self.shared_px[:, :, points]
         return replace(self, px=px, seen=seen, corners_px=corners, shared_px=shared)
 
-    def noise_px(self) -> np.ndarray:
-        """(frames, points) standard deviations of the places.
+    @property
+    def marks_px(self) -> np.ndarray:
+        """(frames, marks, 2) places of the points, and of their corners behind them."""
+        if self.corners_px is None:
+            return self.px
+        return np.concatenate([self.px, self.corners_px.reshape(len(self.px), -1, 2)], axis=1)
 
-        Third differences leave out what moves smoothly. Of pictures, whose states are far apart, an
-        ordinary one is taken. A dot that is partly hidden has more, by the part that is.
-        """
+    @property
+    def hidden_px(self) -> np.ndarray:
+        """(frames, marks) standard deviations by what is hidden of each; a tag is seen or not."""
         hidden = HIDDEN * self.radius_px * (1 - self.seen)
-        least = LEAST_PX["dots" if self.corners_px is None else "tags"]
-        if self.shared_px is not None:
-            least = LEAST_PX["silhouette"]
-        return np.asarray(np.hypot(np.maximum(self._jumps_px(), least), hidden))
-
-    def _jumps_px(self) -> np.ndarray:
-        """(points,) standard deviations by how much places jump from frame to frame."""
-        std_px = np.full(self.px.shape[1], ORDINARY_PX)
-        if len(self.time_s) < 8 or not np.isfinite(self.time_s).all():
-            return std_px
-        jumps = np.diff(self.px, 3, axis=0) / np.sqrt(20)
-        for i in range(len(std_px)):
-            finite = jumps[:, i][np.isfinite(jumps[:, i])]
-            if len(finite) > 10:
-                std_px[i] = 1.4826 * float(np.median(np.abs(finite - np.median(finite))))
-        return std_px
+        return hidden if self.corners_px is None else np.zeros(self.marks_px.shape[:2])
 
 
 @dataclass(frozen=True)

@@ -73,19 +73,12 @@ class PrintedSheet:
         return np.asarray(black)
 
     @cached_property
-    def _printed(self) -> set[int]:
+    def _printed(self) -> np.ndarray:
         """Numbers of the corners amid four squares that are printed."""
-        across, down = self.squares[0] - 1, self.squares[1] - 1
-        inner = (
-            range(self.ring - 1, across - self.ring + 1),
-            range(self.ring - 1, down - self.ring + 1),
-        )
-        return {
-            row * across + column
-            for row in range(down)
-            for column in range(across)
-            if column not in inner[0] or row not in inner[1]
-        }
+        printed = np.ones(np.array(self.squares[::-1]) - 1, dtype=bool)
+        inner = slice(self.ring - 1, 1 - self.ring)
+        printed[inner, inner] = False
+        return np.flatnonzero(printed)
 
     def find(self, image: Image) -> tuple[np.ndarray, np.ndarray]:
         """Find the corners in a picture.
@@ -103,7 +96,7 @@ class PrintedSheet:
         if numbers is None:
             return np.zeros((0, 2)), np.zeros((0, 2))
         numbers = numbers.ravel()
-        kept = np.array([number in self._printed for number in numbers], dtype=bool)
+        kept = np.isin(numbers, self._printed)
         places = self.board.getChessboardCorners()[numbers[kept], :2] + self.corner_mm
         return places, corners.reshape(-1, 2)[kept].astype(float)
 

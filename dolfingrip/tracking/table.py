@@ -96,7 +96,7 @@ def _setup(body: Body, errors: SharedErrors, sentences: Sequence[str]) -> Any:
     camera = errors.camera.model_dump(mode="json", exclude_defaults=True)
     if camera:
         document.add("camera", camera)
-    noise = {name: _digits(rms(body.noise[name])) for name in body.compared}
+    noise = {name: _digits(rms(body.single[name])) for name in body.compared}
     drifting = tomlkit.item({name: _digits(errors.left[name]) for name in body.compared})
     drifting.comment("what all frames share beside the camera's errors below")
     document.add("noise", {**noise, "correlated": drifting})

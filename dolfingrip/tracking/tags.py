@@ -71,11 +71,8 @@ class Tags:
             Centres (n, 2), the share of each that is seen (n,), and corners (n, 4, 2); NaN and 0
             where one is lost.
         """
-        there = self._find(image)
-        corners = np.full((len(self.numbers), 4, 2), np.nan)
-        for i, number in enumerate(self.numbers):
-            if number in there:
-                corners[i] = there[number]
+        there, lost = self._find(image), np.full((4, 2), np.nan)
+        corners = np.array([there.get(number, lost) for number in self.numbers])
         seen = np.isfinite(corners[:, 0, 0]).astype(float)
         return np.array([_centre(quad) for quad in corners]), seen, corners
 

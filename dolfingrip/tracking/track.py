@@ -150,10 +150,10 @@ def _sentences(
         )
     for i, (numbers, finger) in enumerate(zip(watched.fingers, fingers, strict=True), 1):
         lost = np.isnan(points.px[:, numbers, 0])
-        noise = np.mean(points.part(numbers).noise_px())
         sentences.append(
             f"finger {i}: {len(numbers)} points, bends to the {finger.bends}; noise "
-            f"{noise:.2f} {points.unit}; {lost.sum()} of {lost.size} entries lost"
+            f"{finger.frame_px:.2f} {points.unit} in a frame; {lost.sum()} of {lost.size} entries "
+            "lost"
         )
         if lost.mean() > 0.2:
             doubts.append(f"finger {i}: {100 * lost.mean():.0f} % of its entries are lost")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +13,7 @@ from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import body, dots, order, overlay, scale
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.follow import Follower
-from dolfingrip.tracking.frames import Frame, FrameSource, Image
+from dolfingrip.tracking.frames import FrameSource, Image
 from dolfingrip.tracking.points import TrackedPoints, Watched
 from dolfingrip.tracking.sheet import SHEETS, PrintedSheet
 from dolfingrip.tracking.silhouette import Silhouette
@@ -42,57 +43,38 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
     Raises:
         ConfigError: one line with what was seen, and the path of a picture of it.
     """
-    follower: Any = None
-    names, times, places, shares, tags, light = [], [], [], [], [], []
+    frames = iter(source)
+    first = next(frames)
+    sheet = max(SHEETS.values(), key=lambda printed: len(printed.find(first.image)[0]))
+    try:
+        follower, fingers = _begin(first.image, request, sheet)
+    except ConfigError as error:
+        overlay.picture(out / "seen.png", first.image)
+        raise ConfigError(f"{source.name}: {error}; {out / 'seen.png'} shows the frame") from None
+    rows: list[Any] = []
     corners: list[tuple[np.ndarray, np.ndarray]] = []
-    sheet: PrintedSheet | None = None
-    first: Frame | None = None
-    fingers: list[np.ndarray] = []
     sought = -np.inf
-    for frame in source:
-        if first is None:
-            first = frame
-            sheet = max(SHEETS.values(), key=lambda printed: len(printed.find(frame.image)[0]))
-            try:
-                follower, fingers = _begin(frame.image, request, sheet)
-            except ConfigError as error:
-                overlay.picture(out / "seen.png", frame.image)
-                raise ConfigError(
-                    f"{source.name}: {error}; {out / 'seen.png'} shows the frame"
-                ) from None
-        assert sheet is not None
+    for frame in chain([first], frames):
         if not frame.time_s < sought + SHEET_EVERY_S:
             sighting = sheet.find(frame.image)
             corners += [sighting] if len(sighting[0]) else []
             sought = frame.time_s
         jumps = np.isnan(frame.time_s) and not isinstance(follower, Tags)
         step = follower.anew if jumps else follower.step
-        px, seen, *tag_corners = step(frame.image)
-        names.append(frame.name)
-        times.append(frame.time_s)
-        places.append(px)
-        shares.append(seen)
-        tags += tag_corners
-        light.append(_brightness(frame.image, request.light_px))
-        show(len(names), max(source.expected, len(names)))
-    assert first is not None
+        light = _brightness(frame.image, request.light_px)
+        rows.append((frame.name, frame.time_s, light, *step(frame.image)))
+        show(len(rows), max(source.expected, len(rows)))
+    names, *found = zip(*rows, strict=True)
+    times, lights, px, seen, *quads = map(np.array, found)
     points = TrackedPoints(
-        names, np.array(times), np.array(places), np.array(shares),
-        np.array(tags) if tags else None,
-        follower.radius_px,
-    )  # fmt: skip
+        list(names), times, px, seen, quads[0] if quads else None, follower.radius_px
+    )
     outlines: list[np.ndarray] = []
     if isinstance(follower, Silhouette):
         points, outlines = follower.completed(points), follower.outlines
     fingers = [way if body.clamp_end_first(points.px[:, way]) else way[::-1] for way in fingers]
-    return Watched(
-        points,
-        fingers,
-        corners,
-        np.array(light),
-        (first.image.shape[1], first.image.shape[0]),
-        outlines=outlines,
-    )
+    size_px = first.image.shape[1], first.image.shape[0]
+    return Watched(points, fingers, corners, lights, size_px, outlines=outlines)
 
 
 def _begin(image: Image, request: TrackAsked, sheet: PrintedSheet) -> tuple[Any, list[np.ndarray]]:
