@@ -174,6 +174,6 @@ def without_memory(measurement: Measurement, errors: Errors) -> np.ndarray:
         measurement: the readings.
         errors: of them.
     """
-    rubs = plays(measurement, errors.along, errors.steep)
-    friction = [play.wide.nuisance.change for play in rubs]
+    rubs = [play.nuisance for play in plays(measurement, errors.along, errors.steep)]
+    friction = [play.unknown.prior.wide * play.change for play in rubs]
     return np.column_stack([smooth_curves(errors.along), *friction])
