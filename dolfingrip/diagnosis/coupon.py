@@ -18,9 +18,9 @@ from dolfingrip.config import NO_CHANGE, Change, Config, changed
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import Subset
 from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
-from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, joined
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, SimulationGroup, groups
-from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
@@ -112,11 +112,24 @@ class CouponSimulation:
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
     ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
-        """Simulate other coupons; these have no mesh, and each is clamped anew."""
-        return [(CouponSimulation(other, self.config).at(points), ()) for other in measurements]
+        """Simulate other coupons, all at once; these have no mesh, and each is clamped anew."""
+        together = joined(*measurements)
+        tangents = CouponSimulation(together, self.config)._tangents(points)
+        tests, first = together.listed["test"].to_numpy(), 0
+        answers: list[tuple[list[Tangents | None], Sequence[Nuisance]]] = []
+        for measurement in measurements:
+            last = first + measurement.listed["test"].nunique()
+            rows = (tests >= first) & (tests < last)
+            answers.append(([_reached(run.rows(rows)) for run in tangents], ()))
+            first = last
+        return answers
 
     def at(self, points: Sequence[Point]) -> list[Tangents | None]:
         """Simulate other numbers, those of the same causes together; None without equilibrium."""
+        return [_reached(run) for run in self._tangents(points)]
+
+    def _tangents(self, points: Sequence[Point]) -> list[Tangents]:
+        """Simulate other numbers; NaN without equilibrium."""
         together = defaultdict[Subset, list[int]](list)
         for place, point in enumerate(points):
             together[tuple(cause.name for cause, _ in point.causes)].append(place)
@@ -126,8 +139,7 @@ class CouponSimulation:
             zeta = np.array([[z for _, z in points[place].numbers] for place in alike])
             tangents = self.tangents(causes, zeta, [points[place] for place in alike])
             runs |= zip(alike, tangents, strict=True)
-        ordered = (runs[place] for place in range(len(points)))
-        return [run if np.isfinite(run.told).all() else None for run in ordered]
+        return [runs[place] for place in range(len(points))]
 
     def tangents(
         self, causes: Sequence[Cause], zeta: np.ndarray, points: Sequence[Point]
@@ -257,6 +269,10 @@ def _changed(config: Config, overrides: Change, moved: Mapping[str, float]) -> C
         if section == "extensions" and name not in there.extensions.inner:
             there = changed(there, {f"{section}.{name}": dict(effect(name).neutral)})
     return changed(there, {key: named(key).value(there) + by for key, by in moved.items()})
+
+
+def _reached(run: Tangents) -> Tangents | None:
+    return run if np.isfinite(run.told).all() else None
 
 
 def _of_one_material(one: Config, other: Config) -> bool:

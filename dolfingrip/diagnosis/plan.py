@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.special import ndtri, softmax
@@ -49,7 +49,7 @@ def strengths(cause: Cause, policy: Policy) -> np.ndarray:
     return np.asarray(np.sort(np.abs(values - start) / abs(step)))
 
 
-def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
+def outlooks(planned: Analysis) -> list[EffectOutlook]:
     """Find for each effect from which strength on it is named, the strongest first.
 
     Args:
@@ -85,7 +85,7 @@ def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
     return sorted(listed, key=lambda outlook: -outlook.strength_sigma)
 
 
-def _rivals(planned: Analysis[Any], value: np.ndarray) -> dict[str, Rival]:
+def _rivals(planned: Analysis, value: np.ndarray) -> dict[str, Rival]:
     """Nothing and each cause, fitted to readings, (n,), without noise."""
     problem = replace(planned.problem, value=value)
     starts = {(NONE, 0.0): [np.zeros(problem.nuisance_count)]}
@@ -102,7 +102,7 @@ def _rivals(planned: Analysis[Any], value: np.ndarray) -> dict[str, Rival]:
 
 
 def _expected(
-    planned: Analysis[Any], rivals: Mapping[str, Rival], true: np.ndarray
+    planned: Analysis, rivals: Mapping[str, Rival], true: np.ndarray
 ) -> list[dict[str, float]]:
     """Probability of each cause, and of nothing, that is expected of readings, (n, places)."""
     problem, policy = planned.problem, planned.problem.policy
@@ -151,7 +151,7 @@ def share(listed: Sequence[EffectOutlook]) -> float:
 
 def analyse_plan(
     measurement: Measurement, config: Config, workers: Workers, names: Sequence[str] | None
-) -> Analysis[Any]:
+) -> Analysis:
     """The problem of a measurement that is still to be made.
 
     Args:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -64,7 +63,7 @@ class Diagnosis:
     """
 
     config: Config
-    analysis: Analysis[Any]
+    analysis: Analysis
     posterior: ModelPosterior
     decision: Decision
     sensitivity: Sensitivity
@@ -231,7 +230,7 @@ class Diagnosis:
 
 
 def diagnosed(
-    analysis: Analysis[Any],
+    analysis: Analysis,
     config: Config,
     slips: Sequence[Slip] = (),
     *,

@@ -22,9 +22,9 @@ import pandas as pd
 from numpy.polynomial import chebyshev
 
 from dolfingrip.diagnosis.data.measurement import largest
+from dolfingrip.diagnosis.finger import Simulator
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.simulated import moves
-from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 
 @dataclass(frozen=True, eq=False)

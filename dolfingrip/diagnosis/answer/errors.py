@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.answer.noise import drifting, instrument_noise
 from dolfingrip.diagnosis.answer.specimens import between
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation.simulator import Simulator
+from dolfingrip.diagnosis.finger import Simulator
 from dolfingrip.files.diagnosis import NoiseSource, Scatter
 
 SLACK: Final = "coupon_slack_mm"

@@ -11,20 +11,18 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
-from dolfingrip.diagnosis.simulation.simulator import Simulator
 from dolfingrip.jobs.run import Say
 
 
-def refined[S: Simulator](
-    analysis: Analysis[S], posterior: ModelPosterior, say: Say, most: int
-) -> tuple[Analysis[S], ModelPosterior]:
+def refined(
+    analysis: Analysis, posterior: ModelPosterior, say: Say, most: int
+) -> tuple[Analysis, ModelPosterior]:
     """Simulate hypotheses at their fits until no extrapolated one could matter.
 
     Args:
@@ -60,7 +58,7 @@ def refined[S: Simulator](
 
 
 def doubtful(
-    analysis: Analysis[Any], posterior: ModelPosterior, tried: Counter[Subset]
+    analysis: Analysis, posterior: ModelPosterior, tried: Counter[Subset]
 ) -> tuple[list[MapFit], list[MapFit]]:
     """List fits that simulations may change.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from dolfingrip.sections.units import unit
 # -- numbers ---------------------------------------------------------------------------------------
 
 
-def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
+def fitted_numbers(analysis: Analysis, fit: MapFit) -> list[FittedNumber]:
     """List the numbers of a fit by key: moduli, walls, rig and body, then those of its causes.
 
     Args:
@@ -81,9 +80,7 @@ def _estimated(
     )  # fmt: skip
 
 
-def rig_numbers(
-    analysis: Analysis[Any], fit: MapFit, deviations: dict[str, float]
-) -> list[RigNumber]:
+def rig_numbers(analysis: Analysis, fit: MapFit, deviations: dict[str, float]) -> list[RigNumber]:
     """List numbers of rig and body that the laboratory told, but those known exactly.
 
     Args:
@@ -114,7 +111,7 @@ def rig_numbers(
     return listed
 
 
-def _share(analysis: Analysis[Any], change: np.ndarray) -> float:
+def _share(analysis: Analysis, change: np.ndarray) -> float:
     """A change of the readings, (n,), by what the model as configured misses, both rms."""
     off = analysis.problem.value - analysis.configured
     reached = np.isfinite(off)
@@ -126,7 +123,7 @@ def _share(analysis: Analysis[Any], change: np.ndarray) -> float:
 
 
 def misfit(
-    analysis: Analysis[Any], plain: np.ndarray, extended: np.ndarray
+    analysis: Analysis, plain: np.ndarray, extended: np.ndarray
 ) -> tuple[ChannelMisfit, ...]:
     """Compare simulated with measured readings by channel.
 
@@ -154,9 +151,7 @@ def misfit(
     return tuple(rows)
 
 
-def bands(
-    analysis: Analysis[Any], plain: np.ndarray
-) -> Iterator[tuple[BandMisfit, np.ndarray, bool]]:
+def bands(analysis: Analysis, plain: np.ndarray) -> Iterator[tuple[BandMisfit, np.ndarray, bool]]:
     """Tell where along the load a model is off; suction has bands of its own.
 
     Args:
@@ -198,7 +193,7 @@ def bands(
 
 
 def common_change(
-    analysis: Analysis[Any], readings: np.ndarray, *, of_body: bool
+    analysis: Analysis, readings: np.ndarray, *, of_body: bool
 ) -> CommonChange | None:
     """Find what several hypotheses change alike: where they change most, by the noise.
 
