@@ -156,16 +156,15 @@ class FingerSimulation:
             return None
         return replace(self.start, causes=point.causes)
 
-    def of(self, measurement: Measurement, *, known_mesh: bool = True) -> FingerSimulation:
-        """Return the simulation of another measurement, on either mesh."""
-        return replace(self, measurement=measurement, graded=known_mesh, start=None)
-
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
     ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
         """Simulate other measurements, on either mesh; the plate is set anew."""
         anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
-        others = [self.of(other, known_mesh=known_mesh) for other in measurements]
+        others = [
+            replace(self, measurement=other, graded=known_mesh, start=None)
+            for other in measurements
+        ]
         return [
             (other.at(points), [n for n in other.rig if n.name.partition(" at ")[0] not in anew])
             for other in others

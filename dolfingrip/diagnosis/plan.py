@@ -23,11 +23,10 @@ from dolfingrip.diagnosis.additions.worth import Rival, expected_evidence
 from dolfingrip.diagnosis.answer.analysis import Analysis, told_by_shape
 from dolfingrip.diagnosis.core.evidence import NONE, Hypotheses
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, joined, shows_memory
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings
-from dolfingrip.diagnosis.finger import FingerSimulation, coarser
+from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
@@ -163,14 +162,12 @@ def analyse_plan(
     Raises:
         ConfigError: one line, where the base simulation does not reach all readings.
     """
-    if in_closed_form(measurement, config):
-        readings = CouponSimulation(measurement, config).configured
-    else:
-        simulation = FingerSimulation(measurement, config, workers, coarser(config)[0])
-        if np.isnan(readings := simulation.configured).any():
-            failures = (*simulation.first.failures, *simulation.fine.failures)
-            why = "; ".join(dict.fromkeys(failure.why for failure in failures))
-            raise ConfigError(f"the simulation does not reach all readings: {why}")
+    simulation = simulator_of(measurement, config, workers)
+    if isinstance(simulation, FingerSimulation):
+        simulation = replace(simulation, graded=True)
+    if simulation.not_reached or np.isnan(readings := simulation.configured).any():
+        why = "; ".join(simulation.not_reached) or "the graded mesh ends earlier"
+        raise ConfigError(f"the simulation does not reach all readings: {why}")
     planned = measurement.reading(readings)
     causes = unknowns(planned, config, names)
     return analyse(simulator_of(planned, config, workers), causes, names)

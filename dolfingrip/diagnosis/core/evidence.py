@@ -214,9 +214,9 @@ class InferenceProblem:
         """Names of numbers that may be far off, but for the factor of all moduli."""
         return {*self.implausible} - {*self.factor.names}
 
-    def widths(self, subset: Subset) -> np.ndarray:
-        """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
-        widths = np.ones(self.nuisance_count)
+    def widths(self, subset: Subset, size: int) -> np.ndarray:
+        """Standard deviations of the priors of ζ where some numbers are implausible, (size,)."""
+        widths = np.ones(size)
         for name, place in self.implausible.items():
             if name in subset:
                 widths[place] = self.always[place].prior.wide
@@ -546,12 +546,6 @@ class Hypotheses:
         value, precision = mixture(zeta / width, tail, self._policy.rare)
         return (value + np.log(width)).sum(axis=-1), precision / width**2
 
-    def _width(self, subset: Subset, size: int) -> np.ndarray:
-        """Standard deviations of the priors of ζ where some numbers are implausible, (size,)."""
-        widths = np.ones(size)
-        widths[: self.problem.nuisance_count] = self.problem.widths(subset)
-        return widths
-
     def _factors(
         self, zeta: np.ndarray, of: np.ndarray, columns: int
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -643,7 +637,7 @@ class Hypotheses:
         of = np.array([self._of(subset) for subset, _ in starts])
         levels = np.array([level for _, level in starts])
         size, columns = int(self._sizes[of].max()), int(self._ends[of].max())
-        widths = np.array([self._width(subset, size) for subset, _ in starts])
+        widths = np.array([self.problem.widths(subset, size) for subset, _ in starts])
         gram, volume = np.empty((len(of), columns, columns)), np.empty(len(of))
         for level in {*levels.tolist()}:
             at = np.flatnonzero(levels == level)
