@@ -19,8 +19,8 @@ from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import Subset
 from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, joined
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings, SimulationGroup, groups
-from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect

@@ -18,8 +18,10 @@ import numpy as np
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
 from dolfingrip.diagnosis.simulation.nuisances import displayed, keys, nuisances, told_of
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
@@ -28,7 +30,6 @@ from dolfingrip.diagnosis.simulation.simulated import (
     groups,
     simulate,
 )
-from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Displaying
 from dolfingrip.extensions.index import effect, fitted_effects
@@ -158,16 +159,15 @@ class FingerSimulation:
             return None
         return replace(self.start, causes=point.causes)
 
-    def of(self, measurement: Measurement, *, known_mesh: bool = True) -> FingerSimulation:
-        """Return the simulation of another measurement, on either mesh."""
-        return replace(self, measurement=measurement, graded=known_mesh, start=None)
-
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
     ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:
         """Simulate other measurements, on either mesh; the plate is set anew."""
         anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
-        others = [self.of(other, known_mesh=known_mesh) for other in measurements]
+        others = [
+            replace(self, measurement=other, graded=known_mesh, start=None)
+            for other in measurements
+        ]
         return [
             (other.at(points), [n for n in other.rig if n.name.partition(" at ")[0] not in anew])
             for other in others
@@ -288,6 +288,14 @@ class FingerSimulation:
         here, steps = shows(0 * by), STEP * np.where(instrument, rates, 1.0)
         slopes = [(shows(step) - here) / step.sum() for step in np.diag(steps)]
         return np.vstack([here, *slopes])
+
+
+Simulator = CouponSimulation | FingerSimulation
+"""Simulates a measurement: readings at the numbers of any hypothesis, with derivatives.
+
+Coupons are simulated in closed form, fingers by requests to a store. A simulator knows nothing of
+inference.
+"""
 
 
 def shown(cause: Cause) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.special import ndtri, softmax
@@ -23,11 +23,10 @@ from dolfingrip.diagnosis.additions.worth import Rival, expected_evidence
 from dolfingrip.diagnosis.answer.analysis import Analysis, told_by_shape
 from dolfingrip.diagnosis.core.evidence import NONE, Hypotheses
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, joined, shows_memory
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings
-from dolfingrip.diagnosis.finger import FingerSimulation, coarser
+from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, simulator_of
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
@@ -49,7 +48,7 @@ def strengths(cause: Cause, policy: Policy) -> np.ndarray:
     return np.asarray(np.sort(np.abs(values - start) / abs(step)))
 
 
-def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
+def outlooks(planned: Analysis) -> list[EffectOutlook]:
     """Find for each effect from which strength on it is named, the strongest first.
 
     Args:
@@ -85,7 +84,7 @@ def outlooks(planned: Analysis[Any]) -> list[EffectOutlook]:
     return sorted(listed, key=lambda outlook: -outlook.strength_sigma)
 
 
-def _rivals(planned: Analysis[Any], value: np.ndarray) -> dict[str, Rival]:
+def _rivals(planned: Analysis, value: np.ndarray) -> dict[str, Rival]:
     """Nothing and each cause, fitted to readings, (n,), without noise."""
     problem = replace(planned.problem, value=value)
     starts = {(NONE, 0.0): [np.zeros(problem.nuisance_count)]}
@@ -102,7 +101,7 @@ def _rivals(planned: Analysis[Any], value: np.ndarray) -> dict[str, Rival]:
 
 
 def _expected(
-    planned: Analysis[Any], rivals: Mapping[str, Rival], true: np.ndarray
+    planned: Analysis, rivals: Mapping[str, Rival], true: np.ndarray
 ) -> list[dict[str, float]]:
     """Probability of each cause, and of nothing, that is expected of readings, (n, places)."""
     problem, policy = planned.problem, planned.problem.policy
@@ -151,7 +150,7 @@ def share(listed: Sequence[EffectOutlook]) -> float:
 
 def analyse_plan(
     measurement: Measurement, config: Config, workers: Workers, names: Sequence[str] | None
-) -> Analysis[Any]:
+) -> Analysis:
     """The problem of a measurement that is still to be made.
 
     Args:
@@ -163,14 +162,12 @@ def analyse_plan(
     Raises:
         ConfigError: one line, where the base simulation does not reach all readings.
     """
-    if in_closed_form(measurement, config):
-        readings = CouponSimulation(measurement, config).configured
-    else:
-        simulation = FingerSimulation(measurement, config, workers, coarser(config)[0])
-        if np.isnan(readings := simulation.configured).any():
-            failures = (*simulation.first.failures, *simulation.fine.failures)
-            why = "; ".join(dict.fromkeys(failure.why for failure in failures))
-            raise ConfigError(f"the simulation does not reach all readings: {why}")
+    simulation = simulator_of(measurement, config, workers)
+    if isinstance(simulation, FingerSimulation):
+        simulation = replace(simulation, graded=True)
+    if simulation.not_reached or np.isnan(readings := simulation.configured).any():
+        why = "; ".join(simulation.not_reached) or "the graded mesh ends earlier"
+        raise ConfigError(f"the simulation does not reach all readings: {why}")
     planned = measurement.reading(readings)
     causes = unknowns(planned, config, names)
     return analyse(simulator_of(planned, config, workers), causes, names)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Any
 
 import numpy as np
 
@@ -25,10 +24,10 @@ from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger import FingerSimulation, at_rest, coarser, shown
+from dolfingrip.diagnosis.finger import FingerSimulation, Simulator, at_rest, coarser, shown
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
-from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.extensions.index import effect
 from dolfingrip.jobs.run import Say, silent
@@ -37,7 +36,7 @@ from dolfingrip.parameter import moduli
 
 def simulator_of(
     measurement: Measurement, config: Config, workers: Workers, say: Say = silent
-) -> CouponSimulation | FingerSimulation:
+) -> Simulator:
     """Simulate the model as configured: coupons in closed form, others by requests.
 
     Fingers are simulated on the coarsest mesh that bears the load; readings that none reaches are
@@ -78,13 +77,13 @@ def simulator_of(
 
 
 def analyse(
-    simulation: CouponSimulation | FingerSimulation,
+    simulation: Simulator,
     causes: Sequence[Cause],
     names: Sequence[str] | None = None,
     say: Say = silent,
     *,
     quick: bool = False,
-) -> Analysis[Any]:
+) -> Analysis:
     """Simulate the model where it follows the readings, and what causes change.
 
     Args:

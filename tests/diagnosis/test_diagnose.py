@@ -24,7 +24,7 @@ from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write
-from dolfingrip.diagnosis.simulation.simulator import Point
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files.diagnosis_words import NUMBERS, lines
 from dolfingrip.report import diagnosis as pictures

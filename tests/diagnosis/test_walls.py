@@ -14,8 +14,8 @@ from support.measured_files import written
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
+from dolfingrip.diagnosis.simulation.point import scaled_moduli
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
-from dolfingrip.diagnosis.simulation.simulator import scaled_moduli
 
 PRESSURES_kPa = (0, 15, 30, 45, 60)
 TOLD = """experiment = ["bending", "blocked_force"]

@@ -36,7 +36,7 @@ from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse
-from dolfingrip.diagnosis.simulation.simulator import Point
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.extensions.effect import Prior
 

@@ -16,7 +16,7 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation import stops
-from dolfingrip.diagnosis.simulation.simulated import moves
+from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.files.diagnosis import PlannedTest
 from dolfingrip.sections.procedure import ExperimentSettings
 

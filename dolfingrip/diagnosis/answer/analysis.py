@@ -25,14 +25,15 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, largest, shows_memory
-from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
+from dolfingrip.diagnosis.finger import Simulator
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect, fitted_effects
 from dolfingrip.extensions.kinds import Elastic
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis[S: Simulator]:
+class Analysis:
     """Everything that the inference needs of coupons, or of fingers.
 
     Attributes:
@@ -48,7 +49,7 @@ class Analysis[S: Simulator]:
     problem: InferenceProblem
     causes: dict[str, Cause]
     errors: Errors
-    simulation: S
+    simulation: Simulator
     unseen: Sequence[str]
     failed: Mapping[str, str]
     not_tried: Sequence[str]

@@ -30,25 +30,18 @@ class Artefact:
     Attributes:
         nuisance: its size, and what the readings change by it.
         kind: of which at most one acts: a jump at a place, a play, a screw's sine or cosine.
-        log_prior: ln of the odds that it is there, and that its size is of this part of its prior.
+        log_prior: ln of the odds that it is there.
     """
 
     nuisance: Nuisance
     kind: str
     log_prior: float = 0.0
 
-    @property
-    def wide(self) -> Artefact:
-        """Artefact whose size has the wide part of its prior."""
-        n, by = self.nuisance, self.nuisance.unknown.prior.wide
-        prior = replace(n.unknown.prior, spread=by * n.std)
-        return replace(self, nuisance=Nuisance(replace(n.unknown, prior=prior), by * n.change))
-
 
 def possible_artefacts(
     measurement: Measurement, along: Along, steep: np.ndarray, have: Collection[str]
 ) -> list[Artefact]:
-    """List what may be wrong with the instruments, with both parts of each one's prior.
+    """List what may be wrong with the instruments.
 
     Args:
         measurement: the readings.
@@ -63,15 +56,8 @@ def possible_artefacts(
         *filter(_either_way, _plays(listed, shown, policy)),
     ]  # fmt: skip
     new = [artefact for artefact in every if artefact.kind not in have]
-    # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
-    usual, rare = (
-        float(np.log(policy.rare * part / max(len(new), 1)))
-        for part in (1 - policy.rare, policy.rare)
-    )
-    return [
-        *(replace(artefact, log_prior=usual) for artefact in new),
-        *(replace(artefact.wide, log_prior=rare) for artefact in new),
-    ]  # fmt: skip
+    log_prior = float(np.log(policy.rare / max(len(new), 1)))
+    return [replace(artefact, log_prior=log_prior) for artefact in new]
 
 
 def plays(measurement: Measurement, along: Along, steep: np.ndarray) -> Iterator[Artefact]:

@@ -23,8 +23,8 @@ from numpy.polynomial import chebyshev
 
 from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.diagnosis.data.measurement import largest
+from dolfingrip.diagnosis.finger import Simulator
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.answer.noise import drifting, instrument_noise
 from dolfingrip.diagnosis.answer.specimens import between
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation.simulator import Simulator
+from dolfingrip.diagnosis.finger import Simulator
 from dolfingrip.files.diagnosis import NoiseSource, Scatter
 
 SLACK: Final = "coupon_slack_mm"
@@ -174,6 +174,6 @@ def without_memory(measurement: Measurement, errors: Errors) -> np.ndarray:
         measurement: the readings.
         errors: of them.
     """
-    rubs = plays(measurement, errors.along, errors.steep)
-    friction = [play.wide.nuisance.change for play in rubs]
+    rubs = [play.nuisance for play in plays(measurement, errors.along, errors.steep)]
+    friction = [play.unknown.prior.wide * play.change for play in rubs]
     return np.column_stack([smooth_curves(errors.along), *friction])

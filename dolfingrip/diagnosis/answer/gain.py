@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -46,9 +45,7 @@ class Fold:
     log_odds: tuple[float, float]
 
 
-def held_out(
-    analysis: Analysis[Any], full: ModelPosterior
-) -> tuple[tuple[HeldOutError, ...], bool]:
+def held_out(analysis: Analysis, full: ModelPosterior) -> tuple[tuple[HeldOutError, ...], bool]:
     """Leave out each specimen in turn, and bands and branches where there are some.
 
     Args:
@@ -71,7 +68,7 @@ def held_out(
     return tuple(errors), claimed
 
 
-def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
+def _parts(analysis: Analysis) -> Iterator[tuple[str, np.ndarray]]:
     """Iterate over what is left out in turn: its kind, and which readings, (n,) of bool."""
     listed = analysis.measurement.listed
     specimen = listed["specimen"].to_numpy()
@@ -92,7 +89,7 @@ def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
         yield BRANCHES, ways == way
 
 
-def _fold(analysis: Analysis[Any], full: ModelPosterior, kind: str, part: np.ndarray) -> Fold:
+def _fold(analysis: Analysis, full: ModelPosterior, kind: str, part: np.ndarray) -> Fold:
     problem = analysis.problem
     without = searched_again(problem.rows(~part), full)
     decision = decide(without)

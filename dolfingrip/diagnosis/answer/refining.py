@@ -2,27 +2,27 @@
 
 Readings at a fit are extrapolated from the nearest simulation. That may miss a part of the change
 from there, and so some ln of evidence. The hypothesis that could be most probable with that much
-more is simulated at its fit, until none that is extrapolated could matter.
+more is simulated at its fit, until none that is extrapolated could matter. It can gain no more than
+half of what its χ² exceeds that of the hypothesis which follows the readings most closely, or their
+number where that is less.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
-from dolfingrip.diagnosis.simulation.simulator import Simulator
 from dolfingrip.jobs.run import Say
 
 
-def refined[S: Simulator](
-    analysis: Analysis[S], posterior: ModelPosterior, say: Say, most: int
-) -> tuple[Analysis[S], ModelPosterior]:
+def refined(
+    analysis: Analysis, posterior: ModelPosterior, say: Say, most: int
+) -> tuple[Analysis, ModelPosterior]:
     """Simulate hypotheses at their fits until no extrapolated one could matter.
 
     Args:
@@ -53,14 +53,12 @@ def refined[S: Simulator](
             problem = problem.beside([(causes, tangents)])
             changed.append(causes)
         analysis = replace(analysis, problem=problem)
-        posterior = search(
-            problem, np.random.default_rng(0), sample=False, before=posterior, changed=changed
-        )
+        posterior = search(problem, posterior, changed)
     return analysis, posterior
 
 
 def doubtful(
-    analysis: Analysis[Any], posterior: ModelPosterior, tried: Counter[Subset]
+    analysis: Analysis, posterior: ModelPosterior, tried: Counter[Subset]
 ) -> tuple[list[MapFit], list[MapFit]]:
     """List fits that simulations may change.
 
@@ -75,17 +73,23 @@ def doubtful(
     problem, free, others = posterior.problem, list[MapFit](), list[MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
     probability, policy = {id(fit): p for p, fit in posterior.weighed}, problem.policy
+    closest = dict.fromkeys(policy.levels, float(len(problem.every_value)))
+    for fit in posterior.fits:
+        closest[fit.level] = min(closest[fit.level], fit.misfit)
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
-        causes, missed = problem.causes(fit.subset), problem.extrapolated(fit)
-        if missed > policy.exactly and causes not in problem.impossible:
-            most = float(np.log(probability[id(fit)] + np.finfo(float).tiny)) + missed
+        causes, gain = problem.causes(fit.subset), 0.5 * (fit.misfit - closest[fit.level])
+        least = np.log(policy.matters / (probability[id(fit)] + np.finfo(float).tiny))
+        if causes in problem.impossible or gain <= least:
+            continue
+        missed = problem.extrapolated(fit)
+        if missed > policy.exactly and (most := min(missed, gain) - least) > 0:
             could[causes] = max(could.get(causes, (most, fit)), (most, fit), key=lambda e: e[0])
-    for causes, (most, fit) in sorted(could.items(), key=lambda pair: -pair[1][0]):
+    for causes, (_, fit) in sorted(could.items(), key=lambda pair: -pair[1][0]):
         alone = len(causes) == 1
         costs = not alone or analysis.simulation.free(analysis.point(fit)) is None
         left = policy.tries * (1 if costs else 2) - tried[causes]
         if left > policy.tries:
             free.append(fit)
-        elif left > 0 and most > np.log(policy.matters):
+        elif left > 0:
             others.append(fit)
     return free, others

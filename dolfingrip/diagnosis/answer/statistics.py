@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from dolfingrip.sections.units import unit
 # -- numbers ---------------------------------------------------------------------------------------
 
 
-def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
+def fitted_numbers(analysis: Analysis, fit: MapFit) -> list[FittedNumber]:
     """List the numbers of a fit by key: moduli, walls, rig and body, then those of its causes.
 
     Args:
@@ -35,9 +34,10 @@ def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
         fit: a hypothesis.
     """
     model, problem, policy = analysis.applied, analysis.problem, analysis.problem.policy
-    draws, weights = fit.draws or _by_hessian(fit, policy.draws)
+    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+    normal = np.random.default_rng(0).standard_normal((policy.draws, len(fit.zeta)))
     middle = np.where(np.arange(len(fit.zeta)) < problem.nuisance_count, 0.0, fit.zeta)
-    places = np.vstack([middle, fit.zeta, draws])
+    places = np.vstack([middle, fit.zeta, fit.zeta + normal @ lower.T])
     factor = problem.factor.at(places[:, 0])
     values = [
         (modulus.key, "material", modulus.value(model) * factor)
@@ -51,10 +51,7 @@ def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
     for part, number, place in [*always, *of_causes]:
         scale = factor if number.modulus else 1.0
         values.append((number.key, part, number.at(places[:, place]) * scale))
-    return [
-        _estimated(key, part, value, weights, analysis.causes, policy)
-        for key, part, value in values
-    ]
+    return [_estimated(key, part, value, analysis.causes, policy) for key, part, value in values]
 
 
 def _part(name: str) -> str:
@@ -62,21 +59,8 @@ def _part(name: str) -> str:
     return "walls" if name == WALL else "body" if "." in name else "rig"
 
 
-def _by_hessian(fit: MapFit, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Draws from the normal distribution about the most probable numbers."""
-    rng = np.random.default_rng(0)
-    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
-    draws = fit.zeta + rng.standard_normal((count, len(fit.zeta))) @ lower.T
-    return draws, np.full(count, 1 / count)
-
-
 def _estimated(
-    key: str,
-    part: str,
-    values: np.ndarray,
-    weights: np.ndarray,
-    causes: Collection[str],
-    policy: Policy,
+    key: str, part: str, values: np.ndarray, causes: Collection[str], policy: Policy
 ) -> FittedNumber:
     """A number and its interval.
 
@@ -84,23 +68,19 @@ def _estimated(
         key: of the number.
         part: what it is of.
         values: as configured, as fitted, and draws, shape (2 + draws,).
-        weights: of the draws, shape (draws,).
         causes: whose numbers have no configured value.
         policy: what an interval holds.
     """
     configured, value, draws = float(values[0]), float(values[1]), values[2:]
     tail = (1 - policy.nearly) / 2
-    ends = np.quantile(draws, [tail, 1 - tail - 1e-9], weights=weights, method="inverted_cdf")
-    low, high = map(float, ends)
+    low, high = map(float, np.quantile(draws, [tail, 1 - tail]))
     return FittedNumber(
         key=key, value=value, low=min(low, value), high=max(high, value), unit=unit(key),
         configured=None if part in causes else configured, part=part,
     )  # fmt: skip
 
 
-def rig_numbers(
-    analysis: Analysis[Any], fit: MapFit, deviations: dict[str, float]
-) -> list[RigNumber]:
+def rig_numbers(analysis: Analysis, fit: MapFit, deviations: dict[str, float]) -> list[RigNumber]:
     """List numbers of rig and body that the laboratory told, but those known exactly.
 
     Args:
@@ -131,7 +111,7 @@ def rig_numbers(
     return listed
 
 
-def _share(analysis: Analysis[Any], change: np.ndarray) -> float:
+def _share(analysis: Analysis, change: np.ndarray) -> float:
     """A change of the readings, (n,), by what the model as configured misses, both rms."""
     off = analysis.problem.value - analysis.configured
     reached = np.isfinite(off)
@@ -143,7 +123,7 @@ def _share(analysis: Analysis[Any], change: np.ndarray) -> float:
 
 
 def misfit(
-    analysis: Analysis[Any], plain: np.ndarray, extended: np.ndarray
+    analysis: Analysis, plain: np.ndarray, extended: np.ndarray
 ) -> tuple[ChannelMisfit, ...]:
     """Compare simulated with measured readings by channel.
 
@@ -171,9 +151,7 @@ def misfit(
     return tuple(rows)
 
 
-def bands(
-    analysis: Analysis[Any], plain: np.ndarray
-) -> Iterator[tuple[BandMisfit, np.ndarray, bool]]:
+def bands(analysis: Analysis, plain: np.ndarray) -> Iterator[tuple[BandMisfit, np.ndarray, bool]]:
     """Tell where along the load a model is off; suction has bands of its own.
 
     Args:
@@ -215,7 +193,7 @@ def bands(
 
 
 def common_change(
-    analysis: Analysis[Any], readings: np.ndarray, *, of_body: bool
+    analysis: Analysis, readings: np.ndarray, *, of_body: bool
 ) -> CommonChange | None:
     """Find what several hypotheses change alike: where they change most, by the noise.
 

@@ -17,6 +17,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -138,9 +139,6 @@ class Measurement:
     tests: Sequence[SpecimenTest]
     warnings: list[str] = field(default_factory=list)
     policy: Policy = Policy()
-    _places: dict[tuple[int, ...], dict[str, np.ndarray]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
 
     def __post_init__(self) -> None:
         """Find how the control moved in each test."""
@@ -270,9 +268,9 @@ class Measurement:
         shapes = [array.shape[:-1] for columns in rows.values() for array in columns.values()]
         readings = np.full((*np.broadcast_shapes(*shapes), len(row)), missing)
         for tests, columns in rows.items():
-            for name, at in self.places(tests).items():
-                if name in columns:
-                    readings[..., at] = columns[name][..., row[at]]
+            for key in self._places.keys() & product(tests, columns):
+                at = self._places[key]
+                readings[..., at] = columns[key[1]][..., row[at]]
         return readings
 
     def channels(self) -> dict[str, np.ndarray]:
@@ -288,16 +286,10 @@ class Measurement:
             for name, at in self.channels().items()
         }
 
-    def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
-        """Where readings of these tests stand in the list, by column; found once."""
-        if (key := tuple(tests)) not in self._places:
-            column, test = (self.listed[name].to_numpy() for name in ("column", "test"))
-            mine = np.isin(test, tests)
-            self._places[key] = {
-                str(name): np.flatnonzero(mine & (column == name))
-                for name in dict.fromkeys(column[mine])
-            }
-        return self._places[key]
+    @cached_property
+    def _places(self) -> dict[tuple[int, str], np.ndarray]:
+        """Where readings stand in the list, by test and column."""
+        return dict(self.listed.groupby(["test", "column"]).indices)
 
 
 Rows = Mapping[tuple[int, ...], Mapping[str, np.ndarray]]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -41,7 +40,7 @@ force_N = 0.05
 EFFECTS = ("mooney_rivlin", "ogden_terms", "print_anisotropy", "yeoh", "permanent_set", "prony")
 
 
-def made(measurement: Measurement) -> Analysis[Any]:
+def made(measurement: Measurement) -> Analysis:
     return analyse_plan(measurement, Config(), Workers(Path("nowhere")), EFFECTS)
 
 
@@ -53,17 +52,17 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def planned(measurement: Measurement) -> Analysis[Any]:
+def planned(measurement: Measurement) -> Analysis:
     """A coupon, loaded once at one rate."""
     return made(measurement)
 
 
 @pytest.fixture(scope="module")
-def found(planned: Analysis[Any]) -> dict[str, EffectOutlook]:
+def found(planned: Analysis) -> dict[str, EffectOutlook]:
     return by_name(outlooks(planned))
 
 
-def at_rest(case: Analysis[Any]) -> np.ndarray:
+def at_rest(case: Analysis) -> np.ndarray:
     return np.zeros(case.problem.nuisance_count)
 
 
@@ -73,7 +72,7 @@ def by_name(found: list[EffectOutlook]) -> dict[str, EffectOutlook]:
 
 @pytest.mark.slow
 def test_it_takes_the_strength_that_is_told(
-    planned: Analysis[Any], found: dict[str, EffectOutlook]
+    planned: Analysis, found: dict[str, EffectOutlook]
 ) -> None:
     """Named in most of noisy cases at 1.4 times the least strength, in few at 0.6 times.
 
@@ -93,7 +92,7 @@ def test_it_takes_the_strength_that_is_told(
             own = root @ rng.standard_normal(len(root))
             change = problem.change(name, at_rest(planned), cause.at_strength(factor * least))
             value = problem.base + change + own
-            decision = decide(search(replace(planned.problem, value=value), rng, sample=False))
+            decision = decide(search(replace(planned.problem, value=value)))
             named += decision.answer == "cause" and decision.first == (name,)
         shares.append(named / DRAWS)
     print(found[name], shares)
@@ -136,7 +135,7 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
 
 @pytest.mark.slow
 def test_what_is_read_again_tells_more(
-    measurement: Measurement, planned: Analysis[Any], found: dict[str, EffectOutlook]
+    measurement: Measurement, planned: Analysis, found: dict[str, EffectOutlook]
 ) -> None:
     """Twice the readings: at most √2 times the strength, as all else is shared."""
     twice = made(joined(measurement, measurement))
@@ -156,7 +155,7 @@ def test_what_is_read_again_tells_more(
         assert beside == pytest.approx(alone)
 
 
-def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
+def blind(planned: Analysis, count: int) -> InferenceProblem:
     """With readings that nothing changes."""
     case, more = planned.problem, np.zeros(count)
 
@@ -174,7 +173,7 @@ def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
 
 
 @pytest.mark.slow
-def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
+def test_strengths_are_parts_of_the_prior(planned: Analysis) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
     for cause in planned.causes.values():
         by_ordinary = strengths(cause, Policy())

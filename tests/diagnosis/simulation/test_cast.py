@@ -24,8 +24,8 @@ from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, not_reached, simulator_of
 from dolfingrip.diagnosis.simulation.nuisances import keys
+from dolfingrip.diagnosis.simulation.point import Point, scaled_moduli
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
-from dolfingrip.diagnosis.simulation.simulator import Point, scaled_moduli
 from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.sections.tables import assignments
 

@@ -15,8 +15,8 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.core.unknown import causes, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import FingerSimulation
+from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
-from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments import run
 
 TOLD = """experiment = ["bending", "blocked_force"]
