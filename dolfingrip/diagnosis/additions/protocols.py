@@ -12,11 +12,11 @@ import pandas as pd
 from dolfingrip.channels import ANGLE, FORCE, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation import stops
-from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.files.diagnosis import PlannedTest
 from dolfingrip.sections.procedure import ExperimentSettings
 
