@@ -163,7 +163,9 @@ class Recorder:
 
     def _append(self, row: Row) -> None:
         assert self._file is not None
-        shown = {k: digits(v) for k, v in row.items() if not _empty(v)}
+        shown = {
+            k: digits(v) for k, v in row.items() if not (isinstance(v, float) and math.isnan(v))
+        }
         self._file.append(table.lines([shown], self._columns))
 
     def finish(self, facts: RunFile, sensitivities: SensitivityTable) -> None:
@@ -205,10 +207,6 @@ class Recorder:
             f"{self._rows} readings{reached} are kept in {self._out}; "
             "the same command starts from the beginning"
         )
-
-
-def _empty(value: Any) -> bool:
-    return isinstance(value, float) and math.isnan(value)
 
 
 def digits(value: Any) -> Any:

@@ -77,7 +77,7 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
         "said": where,
         "badge": badge,
         "solved": failed is not None or (blend is not None and blend.exact and not blend.coarse),
-        "place": _place(space, wanted),
+        "place": {name: value for name, (value, _) in _predicted(space, wanted).items()},
     }
 
 
@@ -215,11 +215,6 @@ def _predicted(space: Space, wanted: Wanted) -> dict[str, tuple[float, float | N
         values = surrogate.predict(inputs)[0]
     names = surrogate.output_names
     return {n: (float(v), space.errors.get(n)) for n, v in zip(names, values, strict=True)}
-
-
-def _place(space: Space, wanted: Wanted) -> dict[str, float]:
-    """Where the design lies in the plane of the front, by the surrogate."""
-    return {name: value for name, (value, _) in _predicted(space, wanted).items()}
 
 
 def _grasp(library: Library, wanted: Wanted, solved: Path, largest_kPa: float) -> dict[str, Any]:

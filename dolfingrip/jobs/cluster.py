@@ -82,10 +82,14 @@ def connected(where: Where, policy: WorkerPolicy = WorkerPolicy()) -> Iterator[A
     import dask
     from distributed import Client
 
-    _quiet()
+    for name in ("tornado.application", *logging.root.manager.loggerDict):
+        if name.startswith(("distributed", "tornado")):  # the store records workers that die
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     with connections.broken_connections_are_errors(), ExitStack() as stack:
         # Dask imports from there; its own choice in /tmp is one that another user may have made
-        scratch = stack.enter_context(_scratch())
+        scratch = stack.enter_context(
+            TemporaryDirectory(prefix="dolfingrip-", ignore_cleanup_errors=True)
+        )
         silence = f"{policy.silence_h:g}h"
         settings = {
             **_EVERYWHERE,
@@ -108,11 +112,6 @@ def connected(where: Where, policy: WorkerPolicy = WorkerPolicy()) -> Iterator[A
         yield stack.enter_context(Client(stack.enter_context(cluster)))
 
 
-def _scratch() -> TemporaryDirectory[str]:
-    """A folder that nobody else may read; workers that are killed may still write as it goes."""
-    return TemporaryDirectory(prefix="dolfingrip-", ignore_cleanup_errors=True)
-
-
 def _running(address: str, policy: WorkerPolicy) -> Any:
     """A client of a scheduler that is there."""
     from distributed import Client
@@ -131,13 +130,6 @@ def _running(address: str, policy: WorkerPolicy) -> Any:
         ) from None
     except (OSError, ValueError) as error:
         raise ConfigError(f"--scheduler {address}: {error}") from None
-
-
-def _quiet() -> None:
-    """Silence Dask's log of workers and schedulers that die; the store records it."""
-    for name in ("tornado.application", *logging.root.manager.loggerDict):
-        if name.startswith(("distributed", "tornado")):
-            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _local(where: Where, security: Any, policy: WorkerPolicy) -> Any:

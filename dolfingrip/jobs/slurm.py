@@ -48,21 +48,17 @@ def cluster(file: Path, workers: int, ranks: int, security: Any) -> Any:
     """
     from dask_jobqueue import SLURMCluster
 
-    arguments = settings(file, ranks)
+    arguments = {  # the first two are no part of a job's, unless the file has others
+        "scheduler_options": {"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+        "shared_temp_directory": str(cache_folder("dolfingrip", "keys")),
+        **settings(file, ranks),
+    }
     try:
-        started = SLURMCluster(**{**_of_cluster(), **arguments}, security=security)
+        started = SLURMCluster(**arguments, security=security)
         started.scale(jobs=workers)
     except (OSError, ValueError, TypeError) as error:
         raise ConfigError(f"--slurm {file}: {error}") from None
     return started
-
-
-def _of_cluster() -> dict[str, Any]:
-    """Arguments that are no part of a job's, unless the file has others."""
-    return {
-        "scheduler_options": {"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-        "shared_temp_directory": str(cache_folder("dolfingrip", "keys")),
-    }
 
 
 def settings(file: Path, ranks: int) -> dict[str, Any]:

@@ -331,10 +331,9 @@ def least(passes: Callable[[int], bool], start: int, low: int, high: int) -> Thr
         That place, and the largest that failed below.
     """
     place = min(max(start, low), high)
-    if passes(place):
-        fails, succeeds = _downwards(passes, place, low)
-    else:
-        fails, succeeds = _upwards(passes, place, high)
+    success = passes(place)
+    ends = _last_alike(passes, place, low if success else high, success=success)
+    fails, succeeds = reversed(ends) if success else ends
     while fails is not None and succeeds is not None and succeeds - fails > 1:
         middle = (fails + succeeds) // 2
         if passes(middle):
@@ -344,23 +343,18 @@ def least(passes: Callable[[int], bool], start: int, low: int, high: int) -> Thr
     return Threshold(fails, succeeds)
 
 
-def _downwards(passes: Callable[[int], bool], place: int, low: int) -> Threshold:
-    """From a success."""
-    stride = 1
-    while place > low:
-        lower = max(place - stride, low)
-        if not passes(lower):
-            return Threshold(lower, place)
-        place, stride = lower, 2 * stride
-    return Threshold(None, place)
+def _last_alike(
+    passes: Callable[[int], bool], place: int, end: int, *, success: bool
+) -> tuple[int, int | None]:
+    """Go towards an end in strides that double, as long as trials come out as that at the place.
 
-
-def _upwards(passes: Callable[[int], bool], place: int, high: int) -> Threshold:
-    """From a failure."""
-    stride = 1
-    while place < high:
-        higher = min(place + stride, high)
-        if passes(higher):
-            return Threshold(place, higher)
-        place, stride = higher, 2 * stride
-    return Threshold(place, None)
+    Returns:
+        The last place where they do, and the first one where they do not; None: there is none.
+    """
+    stride = 1 if end > place else -1
+    while place != end:
+        ahead = min(place + stride, end) if stride > 0 else max(place + stride, end)
+        if passes(ahead) is not success:
+            return place, ahead
+        place, stride = ahead, 2 * stride
+    return place, None

@@ -9,7 +9,6 @@ import numpy as np
 import scipy.sparse as sp
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.contact.density import TwoStage
@@ -135,8 +134,7 @@ class RigidPlate(RigidContact):
 
     def gap_mm(self) -> float:
         """Smallest distance of the skin's nodes from the plane."""
-        smallest = self.gaps_mm(self._u.x.array).min(initial=np.inf)
-        return float(self._comm.allreduce(smallest, MPI.MIN))
+        return self._least(float(self.gaps_mm(self._u.x.array).min(initial=np.inf)))
 
     # -- where it is put -------------------------------------------------------------------------
 
@@ -168,8 +166,8 @@ class RigidPlate(RigidContact):
 
     def place_mm(self, dofs: np.ndarray | None = None) -> float:
         """Position along n at the gap from the present shape, or from that of a displacement."""
-        along = self._along(self._u.x.array if dofs is None else dofs).min(initial=np.inf)
-        nearest = float(self._comm.allreduce(along, MPI.MIN))
+        along = self._along(self._u.x.array if dofs is None else dofs)
+        nearest = self._least(float(along.min(initial=np.inf)))
         where_nothing_faces_it = 0.0
         nearest = nearest if np.isfinite(nearest) else where_nothing_faces_it
         return nearest - self._gap_mm - self.width_mm
@@ -177,7 +175,7 @@ class RigidPlate(RigidContact):
     def nearest(self) -> np.ndarray:
         """This rank's points that are nearest to the plate at the present shape."""
         along = self._along(self._u.x.array)
-        least = float(self._comm.allreduce(along.min(initial=np.inf), MPI.MIN))
+        least = self._least(float(along.min(initial=np.inf)))
         return np.flatnonzero(along <= least + EQUAL_mm)
 
     def _along(self, dofs: np.ndarray) -> np.ndarray:
