@@ -23,7 +23,7 @@ PRESSED = changed(
     {
         **{"finger.bellows": 3, "finger.length_mm": 45.0, "solver.rtol": 1e-11},
         **{"mesh.size_mm": 11.0, "mesh.edge_size_mm": 11.0},
-        **{"obstacle.kind": "sausage-short", "obstacle.z_mm": 40.0},
+        **{"obstacle.kind": "sausage-short", "obstacle.z_mm": 36.0},
     },
 )
 KEYS = (
@@ -55,7 +55,7 @@ def test_functions_of_a_few_pressures() -> None:
 
 @pytest.mark.slow
 def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
-    """Against differences on the moving mesh."""
+    """Against differences on the moving mesh, where three places of seven touch in part."""
     at_pressure = Place("pressure_kPa", 60.0)
     found = read(PRESSED, at_pressure)
     force = found.columns[FORCE][0]  # type: ignore[attr-defined]
@@ -63,7 +63,7 @@ def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
     # it presses below the sausage's middle, too; no direction bears more than the cone of friction
     assert 0.38 < found.columns[LIFT][0] / force < np.hypot(1, 0.38)  # type: ignore[attr-defined]
     assert found.columns[MEAN][0] == pytest.approx(1e3 * force / found.columns[AREA][0])  # type: ignore[attr-defined]
-    step = 1e-3
+    step = 2.5e-4
     places = (at_pressure, Place(FORCE, 0.8 * force))
     found = read(PRESSED, *places, keys=KEYS)
     for each in find(PRESSED, list(KEYS)):
