@@ -657,6 +657,17 @@ def _fitted(cells: list[str], width: int) -> list[str] | None:
     return [*cells[:width], *[""] * (width - len(cells))]
 
 
+def _below(upper: list[str], lower: list[str]) -> list[str]:
+    """Names in two rows, where the lower one is blank below names of the upper one."""
+    if all(lower[i] for i in range(len(lower)) if upper[i]):
+        return lower
+    joined, over = [], ""
+    for above, below in zip(upper, lower, strict=True):
+        over = above or (over if below else "")
+        joined.append(f"{over} {below}".strip())
+    return joined
+
+
 def _bare(cell: str) -> str:
     """A cell without brackets around all of it."""
     within = re.fullmatch(r"[(\[（［]\s*(.*?)\s*[)\]）］]", cell)
@@ -677,10 +688,11 @@ def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
     )
     if at is None:
         return [""] * width if not names else names[-1], min(len(names), 1)
+    called = _below(names[at - 1], names[at]) if at and not of_units[at - 1] else names[at]
     units = next((bare[i] for i in reversed(range(len(names))) if of_units[i]), [""] * width)
     joined = [
         f"{name} [{unit}]" if name and unit and (i or _tells_unit(unit)) else name
-        for i, (name, unit) in enumerate(zip(names[at], units, strict=True))
+        for i, (name, unit) in enumerate(zip(called, units, strict=True))
     ]
     return joined, len(names) - at
 

@@ -317,17 +317,20 @@ def split(header: str) -> tuple[str, str]:
     (('Druck', 'bar'), ('p', 'kPa'), ('ActuatorAngle', 'deg'), ('圧力', 'kPa'))
     """
     text = re.sub(r" #\d+$", "", _normal(header)).strip(" _")
+    two = _after(text, r"(\S+[\s_(]+\S+)")
+    if two and level(two[1])[1]:  # bar (g)
+        return two
     for match in re.finditer(r"[(\[<{]\s*([^()\[\]<>{}]*(?:\([^()]*\))?)\s*[)\]>}]", text):
         if is_unit(unit := re.sub(r"^(in|unit:?)\s+", "", match[1].strip(), flags=re.IGNORECASE)):
             name = f"{text[: match.start()]}{text[match.end() :]}"
             return name.rstrip(" _-").lstrip(" _"), unit
-    return _after(text) or (text, "")
+    return _after(text, r"(\S+)") or (text, "")
 
 
-def _after(text: str) -> tuple[str, str] | None:
+def _after(text: str, unit: str) -> tuple[str, str] | None:
     """Name and unit of a header that ends with it, behind a slash, ``in`` or a separator."""
     for between in (r"(.+?)\s*/\s*", r"(.+?)\s+in\s+", r"(.+?)[\s_,;:.|]+", r"(.+)[\s_,;:.|]+"):
-        match = re.fullmatch(between + r"(\S+)", text)
+        match = re.fullmatch(between + unit, text)
         if match and is_unit(match[2]) and match[2] not in "-–—1":
             return match[1].rstrip(" _-,").lstrip(" _"), match[2]
     return None
