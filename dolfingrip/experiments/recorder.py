@@ -75,9 +75,10 @@ def described(experiment: Experiment) -> list[tuple[str, str]]:
         experiment: whose columns they are.
     """
     of_parts = channels.read_of(*experiment.parts)
-    known = (experiment.control, channels.TIME, channels.PRESSURE, *of_parts)
+    columns_of = (experiment.control, channels.TIME, channels.PRESSURE, *of_parts)
     about = {
-        channel.name: channel.about or channel.title for channel in (*known, *experiment.columns)
+        channel.name: channel.about or channel.title
+        for channel in (*columns_of, *experiment.columns)
     }
     meanings = {**channels.WORDS, **about, **EFFORT}
     return [(name, meanings[name]) for name in columns(experiment) if name in meanings]
