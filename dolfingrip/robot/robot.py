@@ -179,8 +179,8 @@ class Robot:
 
     def _supply(self, other: AirLine | None) -> AirLine:
         """Another supply, or the finger's own."""
-        told = self.file.supply
-        return with_valve(AirLine(**told) if other is None and told else other)
+        configured = self.file.supply
+        return with_valve(AirLine(**configured) if other is None and configured else other)
 
     @property
     def _resting(self) -> RestingFinger:

@@ -168,7 +168,8 @@ def prepared(config: Config) -> Config:
             f"experiment.max_pressure_kPa = {largest:g}: allowed: above 0, as the chain is fitted "
             "to pressures from rest to there"
         )
-    return config.at_rest().changed(
+    unmoved = config.changed(experiment={"dynamic": False})  # refuses what needs inertia
+    return unmoved.at_rest().changed(
         experiment={"step_kPa": largest / READINGS, "min_pressure_kPa": 0.0},
         gravity={"acceleration_m_s2": 0.0},  # the simulator's own acts on the links
         plate={"tilt_deg": 0.0, "normal": (1.0, 0.0, 0.0)},

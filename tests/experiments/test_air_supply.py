@@ -184,7 +184,7 @@ def test_derivatives_refuse_a_supply_to_a_finger_that_hangs() -> None:
     ("command", "further", "settings", "said"),
     [
         ("grasp", (), SYRINGE, "supply.source"),
-        ("robot", (), ("supply.source=ideal",), "supply = a table"),
+        ("robot", (), SYRINGE, "supply.source"),
         ("push", (), ("supply.source=ideal",), "supply = a table"),
         ("vibrate", (), ("supply.source=ideal",), "supply = a table"),
         ("bend", ("--gradients",), SYRINGE, "supply.source"),
