@@ -218,7 +218,7 @@ def example(folder: Path, out: Path) -> None:
         out: folder of the shapes.
     """
     own = Scene(rate_hz=20.0, seconds=3.0, tilt_deg=6.0, tilt_way_deg=40.0, k1=-0.04,
-                in_front_mm=14.0, bits_per_px=0.04, noise=1.5, shift_s=1.3,
+                in_front_mm=14.0, decoys=2, bits_per_px=0.04, noise=1.5, shift_s=1.3,
                 extra={"target": (12.0, 97.0, 0.0)})  # fmt: skip
     truth = render(own, shapes(own.finger, out / "shapes"), folder / "finger")
     (folder / "finger.log.csv").replace(folder / "log.csv")

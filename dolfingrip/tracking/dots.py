@@ -231,14 +231,14 @@ def learn(
     ]
     colour = replace(colour, area_px=float(np.median(sizes or [colour.area_px])))
     dots = find(image, colour)
-    areas = []
-    for i, at in enumerate(places):
-        away = [float(np.linalg.norm(dot.centre_px - at)) for dot in dots]
-        if away and min(away) < 0.5 * np.sqrt(colour.area_px):
-            nearest = dots[int(np.argmin(away))]
-            places[i] = nearest.centre_px
-            areas.append(nearest.area_px)
-    return replace(colour, area_px=float(np.median(areas or [colour.area_px]))), places
+    if not dots:
+        return colour, places
+    away = cdist(places, [dot.centre_px for dot in dots])
+    there = away.min(axis=1) < 0.5 * np.sqrt(colour.area_px)
+    nearest = [dots[i] for i in away.argmin(axis=1)[there]]
+    places[there] = np.array([dot.centre_px for dot in nearest]).reshape(-1, 2)
+    areas = [dot.area_px for dot in nearest] or [colour.area_px]
+    return replace(colour, area_px=float(np.median(areas))), places
 
 
 def _directions(
@@ -249,14 +249,12 @@ def _directions(
 
     if points is not None and name is None:
         u, v = np.round(np.median(points[:1], axis=0)).astype(int)
-        away = (
-            np.median(lab[max(v - 1, 0) : v + 2, max(u - 1, 0) : u + 2].reshape(-1, 3), axis=0)
-            - ordinary
-        )
-        if np.linalg.norm(away[1:]) < POLICY.contrasts[0]:
-            yield np.array([np.sign(away[0]) or 1.0, 0.0, 0.0])
-            return
-        yield np.array([0.0, *away[1:]]) / np.linalg.norm(away[1:])
+        near = lab[max(v - 1, 0) : v + 2, max(u - 1, 0) : u + 2].reshape(-1, 3)
+        unlike = np.median(near, axis=0) - ordinary
+        away = unlike * [0, 1, 1]
+        if np.linalg.norm(away) < POLICY.contrasts[0]:
+            away = np.array([np.sign(unlike[0]) or 1.0, 0.0, 0.0])
+        yield away / np.linalg.norm(away)
         return
     if name in ("black", "white"):
         yield np.array([-1.0 if name == "black" else 1.0, 0.0, 0.0])

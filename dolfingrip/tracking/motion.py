@@ -109,7 +109,7 @@ def follow(points: TrackedPoints) -> Motion:
         parts = _curves(places[rows], weight[rows])
         left = weight[rows] * (places[rows] - parts[0]) ** 2
         free = (weight[rows] > 0) - weight[rows] * (parts[1] + parts[2] ** 2)
-        sums = [each.reshape(length, -1, 2).sum(axis=(0, 2)) for each in (left, free)]
+        sums = [term.reshape(length, -1, 2).sum(axis=(0, 2)) for term in (left, free)]
         variances.append(sums[0] / np.maximum(sums[1], 1.0))
         for every, part in zip((curved, leverage, along), parts, strict=True):
             every[nearest == i] = part[nearest[rows] == i]

@@ -48,19 +48,15 @@ def drawn(
         shape = np.round((outline + 0.5) * scale - 0.5).astype(np.int32)
         cv2.polylines(picture, [shape], True, OUTLINE, thick, cv2.LINE_AA)
     for i, points in enumerate(fingers):
-        places = (points + 0.5) * scale - 0.5
-        there = [
-            tuple(np.round(place).astype(int).tolist()) for place in places if np.isfinite(place[0])
-        ]
+        places: Any = np.round((points + 0.5) * scale - 0.5).tolist()
+        there = {n: (int(u), int(v)) for n, (u, v) in enumerate(places, 1) if np.isfinite(u)}
         colour = COLOURS[i % len(COLOURS)]
-        for a, b in pairwise(there):
+        for a, b in pairwise(there.values()):
             cv2.line(picture, a, b, colour, thick, cv2.LINE_AA)
-        for number, place in enumerate(places, 1):
-            if np.isfinite(place[0]):
-                at = tuple(np.round(place).astype(int).tolist())
-                cv2.circle(picture, at, 5 * thick, HALO, thick + 1, cv2.LINE_AA)
-                cv2.circle(picture, at, 5 * thick, colour, thick, cv2.LINE_AA)
-                _write(picture, str(number), (at[0] + 9 * thick, at[1] - 2 * thick), thick)
+        for number, (u, v) in there.items():
+            cv2.circle(picture, (u, v), 5 * thick, HALO, thick + 1, cv2.LINE_AA)
+            cv2.circle(picture, (u, v), 5 * thick, colour, thick, cv2.LINE_AA)
+            _write(picture, str(number), (u + 9 * thick, v - 2 * thick), thick)
     _write(picture, text, (8 * thick, 20 * thick), thick)
     return np.asarray(picture)
 

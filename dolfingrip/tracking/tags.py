@@ -47,7 +47,7 @@ class Tags:
                 f"with a white border; --tags {'|'.join(FAMILIES)} tells the family"
             )
         self.radius_px = 0.0
-        self.places = np.array([_centre(first[number]) for number in self.numbers])
+        self.places = np.array([first[number].mean(axis=0) for number in self.numbers])
 
     def _find(self, image: Image) -> dict[int, np.ndarray]:
         import cv2
@@ -74,7 +74,7 @@ class Tags:
         there, lost = self._find(image), np.full((4, 2), np.nan)
         corners = np.array([there.get(number, lost) for number in self.numbers])
         seen = np.isfinite(corners[:, 0, 0]).astype(float)
-        return np.array([_centre(quad) for quad in corners]), seen, corners
+        return corners.mean(axis=1), seen, corners
 
 
 def _sharpened(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -108,12 +108,3 @@ def _sharpened(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
         step = np.linalg.solve(np.column_stack([one, -other]), second - first)
         points.append(first + step[0] * one)
     return np.array(points)
-
-
-def _centre(corners: np.ndarray) -> np.ndarray:
-    """Where the diagonals meet, which perspective does not move."""
-    a, b, c, d = corners
-    first, second = c - a, d - b
-    across = first[0] * second[1] - first[1] * second[0]
-    share = ((b - a)[0] * second[1] - (b - a)[1] * second[0]) / across
-    return np.asarray(a + share * first)

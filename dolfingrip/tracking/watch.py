@@ -64,8 +64,8 @@ def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Wa
         light = _brightness(frame.image, request.light_px)
         rows.append((frame.name, frame.time_s, light, *step(frame.image)))
         show(len(rows), max(source.expected, len(rows)))
-    names, *found = zip(*rows, strict=True)
-    times, lights, px, seen, *quads = map(np.array, found)
+    names, *columns = zip(*rows, strict=True)
+    times, lights, px, seen, *quads = map(np.array, columns)
     points = TrackedPoints(
         list(names), times, px, seen, quads[0] if quads else None, follower.radius_px
     )
