@@ -30,6 +30,12 @@ def test_a_file_of_one_kind_takes_the_tests_with_its_name(
 
 
 @needs_checkout
+def test_the_line_of_an_index_takes_no_more_tests_than_its_file() -> None:
+    law = "dolfingrip/sections/laws/gent.py"
+    assert check.select([law, "dolfingrip/sections/laws/index.py"]) == check.select([law])
+
+
+@needs_checkout
 def test_another_file_takes_the_tests_that_import_it() -> None:
     assert "tests/design/test_campaign.py" in check.select(["dolfingrip/jobs/pool.py"]).files
     assert "tests/mechanics/test_hertz.py" in check.select(["tests/mechanics/test_hertz.py"]).files

@@ -125,15 +125,15 @@ def assign(
         surface = replace(surface, face=np.where(clamp, held, surface.face))
     voids, shell = hollows(surface, held)
     outer = shell == _outer_shell(surface, shell)
-    known = _known_cavities(surface, masks, said)
-    cavities = known or _cavities(surface, voids, hints, said)
+    of_file = _known_cavities(surface, masks, said)
+    cavities = of_file or _cavities(surface, voids, hints, said)
     if clamp is None:
         inside = np.zeros(len(outer), dtype=bool)
         for hollow in cavities:
             inside[hollow.triangles] = True
         clamp = _clamp(surface, outer & ~inside, cavities, hints, said)
     z = _axis(surface, clamp)
-    if cavities and not (known or hints.cavities):  # of as large ones the nearest to the clamp
+    if cavities and not (of_file or hints.cavities):  # of as large ones the nearest to the clamp
         most = cavities[0].volume_mm3
         cavities.sort(key=lambda one: (-round(one.volume_mm3 / most, 2), one.centre_mm @ z))
     names = cavity_names(max(len(cavities), 1))

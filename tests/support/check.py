@@ -80,7 +80,7 @@ class Selection:
         calls = [sorted(self.files)] if self.files else []
         if left := sorted(self.named - self.files):
             words = {word for name in self.names for word in (name, name.replace("_", "-"))}
-            calls.append([*left, "-k", " or ".join(sorted(words))])
+            calls.append([*left, *(["-k", " or ".join(sorted(words))] if words else [])])
         return calls
 
 
@@ -109,12 +109,14 @@ def select(changed: Iterable[str], root: Path = ROOT) -> Selection:
         if kind in WHOLE:
             files.update(KINDS[kind])
         elif path.suffix == ".py" and path.parts[0] in PACKAGE:
-            near = {*same_name(path, root), *(importing(path, root) if kind is None else ())}
-            files |= near
             if kind is not None:
                 named.update(each for each in KINDS[kind] if (root / each).exists())
+                if path.stem == "index":  # its line is that of a file beside it
+                    continue
                 names.add(path.stem)
-            elif not near:
+            near = {*same_name(path, root), *(importing(path, root) if kind is None else ())}
+            files |= near
+            if kind is None and not near:
                 files |= nearest(path, root)
         elif path.parts[0] == "examples":
             named.add("tests/test_examples.py")

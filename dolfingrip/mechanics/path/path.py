@@ -184,16 +184,16 @@ class LoadPath:
         start = {name: good.controls[name] for name in target}
         length = self._longest_steps(start, target)
         self._predictor.note(good)
-        known = self._predictor.noted({**good.controls, **target})
-        if known is None:
+        returned = self._predictor.noted({**good.controls, **target})
+        if returned is None:
             self._turn(start, {name: (target[name] - start[name]) / length for name in target})
         leg = _Leg(start, target, length, self.newton.counts, good)
         self._lost, self._turns = False, None
         while leg.done < 1.0 and leg.failure is None and not leg.over:
             leg.failure = self._foretold(leg)
             if leg.failure is None:
-                self._try(leg, self._begin(leg, known))
-            known = None
+                self._try(leg, self._begin(leg, returned))
+            returned = None
         return Arrival(leg.iterations, leg.steps, leg.failure)
 
     def _foretold(self, leg: _Leg) -> Failure | None:
@@ -277,14 +277,14 @@ class LoadPath:
         creeps = self._lost and length < self._policy.creeping
         return not self._damped or creeps
 
-    def _begin(self, leg: _Leg, known: Guess | None) -> _Step:
-        """Prescribe the controls of the next step, the whole way where its end is ``known``."""
-        end = 1.0 if known else self._reach(leg.done, leg.length)
+    def _begin(self, leg: _Leg, returned: Guess | None) -> _Step:
+        """Prescribe the controls of the next step, the whole way where its end is ``returned``."""
+        end = 1.0 if returned else self._reach(leg.done, leg.length)
         length, controls = (end - leg.done) * leg.length, leg.at(end)
         self.model.prescribe(controls)
-        guess = known or self._predictor.guess(self._place + length)
+        guess = returned or self._predictor.guess(self._place + length)
         last = length < 2 * self._shortest
-        return _Step(end, length, controls, guess, returns=known is not None, last=last)
+        return _Step(end, length, controls, guess, returns=returned is not None, last=last)
 
     def _reach(self, done: float, distance: float) -> float:
         """The part of a way of ``distance`` longest steps at which the next step ends."""
