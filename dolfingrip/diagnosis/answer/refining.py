@@ -52,7 +52,9 @@ def refined(
             problem = problem.beside([(causes, tangents)])
             changed.append(causes)
         analysis = replace(analysis, problem=problem)
-        posterior = search(problem, posterior, changed)
+        posterior = search(
+            problem, np.random.default_rng(0), sample=False, before=posterior, changed=changed
+        )
     return analysis, posterior
 
 
