@@ -157,9 +157,14 @@ def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
     draws, weights = [], []
     rng = np.random.default_rng((*case.seed, 2))
     for p, fit in fits:
-        lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
-        draws.append(fit.zeta + rng.standard_normal((400, len(fit.zeta))) @ lower.T)
-        weights.append(np.full(400, p))
+        if fit.draws is not None:
+            own, weight = fit.draws
+        else:
+            lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+            own = fit.zeta + rng.standard_normal((400, len(fit.zeta))) @ lower.T
+            weight = np.full(len(own), 1 / len(own))
+        draws.append(own)
+        weights.append(p * weight)
     every, weight = np.vstack(draws), np.concatenate(weights)
     weight = weight / weight.sum()
     modulus = float(weight[model.factor.at(every[:, 0]) < case.truth.modulus].sum())

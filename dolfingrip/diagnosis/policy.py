@@ -89,6 +89,8 @@ class Policy:
             may miss.
         start: ζ from which fits start, to either side, and their longest step.
         draws: samples of a hypothesis that is near the leading one, at a time.
+        freedom: degrees of freedom of the multivariate t that is drawn from: its tails are wider
+            than those of most densities.
         widths: factors of the priors of causes' numbers by which the answer is tried; the larger
             ones are factors of the specimens' scatter, too.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
@@ -153,6 +155,7 @@ class Policy:
     first_error: float = 0.15
     start: float = 1.5
     draws: int = 400
+    freedom: int = 5
     widths: tuple[float, ...] = (0.5, 2.0, 4.0)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     smooth: int = 6

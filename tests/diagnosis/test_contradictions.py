@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,12 +42,12 @@ STRENGTHS = (0.03, 0.3)
 
 
 @pytest.fixture(scope="module")
-def pulled(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
+def pulled(tmp_path_factory: pytest.TempPathFactory) -> Analysis[Any]:
     """A coupon that is pulled once."""
     return analysed(tmp_path_factory.mktemp("coupon"), TRAVELS_mm, EFFECTS)
 
 
-def analysed(folder: Path, travels_mm: np.ndarray, effects: Sequence[str]) -> Analysis:
+def analysed(folder: Path, travels_mm: np.ndarray, effects: Sequence[str]) -> Analysis[Any]:
     """A coupon that is pulled at 0.5 mm/s, read at travels, (n,)."""
     times_s = np.cumsum(np.abs(np.diff(travels_mm, prepend=0.0))) / 0.5
     rows = "\n".join(f"{t},{u},{u}" for t, u in zip(times_s, travels_mm, strict=True))
@@ -56,7 +57,7 @@ def analysed(folder: Path, travels_mm: np.ndarray, effects: Sequence[str]) -> An
     return analyse(CouponSimulation(measurement, config), causes)
 
 
-def answered(pulled: Analysis, change: np.ndarray, rng: np.random.Generator) -> Diagnosis:
+def answered(pulled: Analysis[Any], change: np.ndarray, rng: np.random.Generator) -> Diagnosis:
     """The answer to readings that a change was made to, with noise."""
     value = pulled.problem.base + change + pulled.errors.noise * rng.standard_normal(len(change))
     own = replace(pulled, problem=replace(pulled.problem, value=value))
@@ -107,7 +108,7 @@ def contradictions(found: Diagnosis, result: DiagnosisFile) -> list[str]:
 
 
 @pytest.mark.slow
-def test_no_page_contradicts_itself(pulled: Analysis, tmp_path: Path) -> None:
+def test_no_page_contradicts_itself(pulled: Analysis[Any], tmp_path: Path) -> None:
     """Nothing hidden, each effect at two strengths, and a jump that no effect is."""
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
@@ -131,7 +132,7 @@ def test_no_page_contradicts_itself(pulled: Analysis, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_intervals_hold_whatever_hides(pulled: Analysis) -> None:
+def test_intervals_hold_whatever_hides(pulled: Analysis[Any]) -> None:
     """A load cell that reads 1.5 % too much hides behind the modulus, told 1.5 % too stiff."""
     problem = pulled.problem
     print("seed", SEED)
@@ -147,7 +148,7 @@ def test_intervals_hold_whatever_hides(pulled: Analysis) -> None:
 
 
 @pytest.mark.slow
-def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis, tmp_path: Path) -> None:
+def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any], tmp_path: Path) -> None:
     """Viscosity that one pull shows strongly is named at no more than even odds; a coupon that is
     pulled up and down names it alone (``plan/test_naming.py``)."""
     problem = pulled.problem
@@ -199,7 +200,7 @@ def test_a_loop_of_friction_is_not_claimed_as_one_of_the_material(tmp_path: Path
 
     def decided(change: np.ndarray, curves: np.ndarray | None) -> Decision:
         read = replace(problem, value=problem.base + change + noise, curves=curves)
-        return decide(search(read))
+        return decide(search(read, np.random.default_rng(SEED)))
 
     yields = decided(problem.change("permanent_set", at_rest, zeta), problem.curves)
     assert (yields.first, yields.by_shape) == (("permanent_set",), False)

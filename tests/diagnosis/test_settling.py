@@ -81,7 +81,7 @@ def diagnosed(value: np.ndarray, changes: Mapping[str, np.ndarray] = CHANGES) ->
     analysis.numbers = partial(Analysis.numbers, analysis)
     analysis.factor = partial(Analysis.factor, analysis)
     print("seed", SEED)
-    posterior = search(problem)
+    posterior = search(problem, np.random.default_rng(SEED))
     decision = sensitivity(posterior)[0]
     none = posterior.best(NONE, level=0.0)
     others = alternatives(analysis, posterior)  # type: ignore[arg-type]

@@ -252,12 +252,12 @@ def diagnosed(
     say("comparing all causes, alone and in pairs")
     analysis = analysis.judged_by_shape()
     most = 2 if quick else analysis.problem.policy.most_fits
-    analysis, posterior = refined(analysis, search(analysis.problem), say, most)
+    analysis, posterior = refined(analysis, _compared(analysis), say, most)
     while not slips and (artefacts := analysis.artefacts(posterior)):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in artefacts)}")
         other = analysis.beside(artefacts)
         log_prior = sum(artefact.log_prior for artefact in artefacts)
-        other, beside = refined(other, search(other.problem), say, most)
+        other, beside = refined(other, _compared(other), say, most)
         likelier = (
             beside.log_density + log_prior
             > posterior.log_density + analysis.problem.policy.log_odds
@@ -266,5 +266,11 @@ def diagnosed(
         if not likelier or other.specimens_apart():
             break
         analysis, posterior = other, beside
+    if not analysis.closed_form:
+        posterior = search(analysis.problem, np.random.default_rng(0), before=posterior)
     answers = sensitivity(posterior)
     return Diagnosis(config, analysis, posterior, *answers, slips=slips, quick=quick)
+
+
+def _compared(analysis: Analysis) -> ModelPosterior:
+    return search(analysis.problem, np.random.default_rng(0), sample=False)

@@ -1,10 +1,9 @@
 """Which hypothesis is simulated next: one rule for coupons and fingers, from the first to the last.
 
 Readings at a fit are extrapolated from the nearest simulation. That may miss a part of the change
-from there, and so some ln of evidence. The hypothesis that could be most probable with that much
-more is simulated at its fit, until none that is extrapolated could matter. It can gain no more than
-half of what its χ² exceeds that of the hypothesis which follows the readings most closely, or their
-number where that is less.
+from there, and so some ln of evidence. The hypothesis whose probability that could change most is
+simulated at its fit, until no change could matter. A hypothesis can gain no more than half of what
+its χ² exceeds that of the most probable one, or the number of readings where that is less.
 """
 
 from __future__ import annotations
@@ -53,7 +52,9 @@ def refined(
             problem = problem.beside([(causes, tangents)])
             changed.append(causes)
         analysis = replace(analysis, problem=problem)
-        posterior = search(problem, posterior, changed)
+        posterior = search(
+            problem, np.random.default_rng(0), sample=False, before=posterior, changed=changed
+        )
     return analysis, posterior
 
 
@@ -73,17 +74,17 @@ def doubtful(
     problem, free, others = posterior.problem, list[MapFit](), list[MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
     probability, policy = {id(fit): p for p, fit in posterior.weighed}, problem.policy
-    closest = dict.fromkeys(policy.levels, float(len(problem.every_value)))
-    for fit in posterior.fits:
-        closest[fit.level] = min(closest[fit.level], fit.misfit)
+    leading = posterior.leaders(lambda fit: fit.level)
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
-        causes, gain = problem.causes(fit.subset), 0.5 * (fit.misfit - closest[fit.level])
-        least = np.log(policy.matters / (probability[id(fit)] + np.finfo(float).tiny))
-        if causes in problem.impossible or gain <= least:
+        causes, p = problem.causes(fit.subset), probability[id(fit)]
+        closest = min(leading[fit.level].misfit, len(problem.every_value))
+        gain = max(0.5 * (fit.misfit - closest), 0.0)
+        if causes in problem.impossible or max(p * np.expm1(gain), p) <= policy.matters:
             continue
         missed = problem.extrapolated(fit)
-        if missed > policy.exactly and (most := min(missed, gain) - least) > 0:
-            could[causes] = max(could.get(causes, (most, fit)), (most, fit), key=lambda e: e[0])
+        change = float(p * max(np.expm1(min(missed, gain)), -np.expm1(-missed)))
+        if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
+            could[causes] = change, fit
     for causes, (_, fit) in sorted(could.items(), key=lambda pair: -pair[1][0]):
         alone = len(causes) == 1
         costs = not alone or analysis.simulation.free(analysis.point(fit)) is None

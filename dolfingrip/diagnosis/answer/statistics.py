@@ -34,10 +34,9 @@ def fitted_numbers(analysis: Analysis, fit: MapFit) -> list[FittedNumber]:
         fit: a hypothesis.
     """
     model, problem, policy = analysis.applied, analysis.problem, analysis.problem.policy
-    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
-    normal = np.random.default_rng(0).standard_normal((policy.draws, len(fit.zeta)))
+    draws, weights = fit.draws or _by_hessian(fit, policy.draws)
     middle = np.where(np.arange(len(fit.zeta)) < problem.nuisance_count, 0.0, fit.zeta)
-    places = np.vstack([middle, fit.zeta, fit.zeta + normal @ lower.T])
+    places = np.vstack([middle, fit.zeta, draws])
     factor = problem.factor.at(places[:, 0])
     values = [
         (modulus.key, "material", modulus.value(model) * factor)
@@ -51,7 +50,10 @@ def fitted_numbers(analysis: Analysis, fit: MapFit) -> list[FittedNumber]:
     for part, number, place in [*always, *of_causes]:
         scale = factor if number.modulus else 1.0
         values.append((number.key, part, number.at(places[:, place]) * scale))
-    return [_estimated(key, part, value, analysis.causes, policy) for key, part, value in values]
+    return [
+        _estimated(key, part, value, weights, analysis.causes, policy)
+        for key, part, value in values
+    ]
 
 
 def _part(name: str) -> str:
@@ -59,8 +61,21 @@ def _part(name: str) -> str:
     return "walls" if name == WALL else "body" if "." in name else "rig"
 
 
+def _by_hessian(fit: MapFit, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Draws from the normal distribution about the most probable numbers."""
+    rng = np.random.default_rng(0)
+    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+    draws = fit.zeta + rng.standard_normal((count, len(fit.zeta))) @ lower.T
+    return draws, np.full(count, 1 / count)
+
+
 def _estimated(
-    key: str, part: str, values: np.ndarray, causes: Collection[str], policy: Policy
+    key: str,
+    part: str,
+    values: np.ndarray,
+    weights: np.ndarray,
+    causes: Collection[str],
+    policy: Policy,
 ) -> FittedNumber:
     """A number and its interval.
 
@@ -68,12 +83,14 @@ def _estimated(
         key: of the number.
         part: what it is of.
         values: as configured, as fitted, and draws, shape (2 + draws,).
+        weights: of the draws, shape (draws,).
         causes: whose numbers have no configured value.
         policy: what an interval holds.
     """
     configured, value, draws = float(values[0]), float(values[1]), values[2:]
     tail = (1 - policy.nearly) / 2
-    low, high = map(float, np.quantile(draws, [tail, 1 - tail]))
+    ends = np.quantile(draws, [tail, 1 - tail - 1e-9], weights=weights, method="inverted_cdf")
+    low, high = map(float, ends)
     return FittedNumber(
         key=key, value=value, low=min(low, value), high=max(high, value), unit=unit(key),
         configured=None if part in causes else configured, part=part,

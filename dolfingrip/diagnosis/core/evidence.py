@@ -26,6 +26,7 @@ import numpy as np
 import scipy.linalg
 
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
+from dolfingrip.diagnosis.core.sampling import drawn
 from dolfingrip.diagnosis.core.unknown import (
     NumberReading,
     Unknown,
@@ -214,9 +215,9 @@ class InferenceProblem:
         """Names of numbers that may be far off, but for the factor of all moduli."""
         return {*self.implausible} - {*self.factor.names}
 
-    def widths(self, subset: Subset, size: int) -> np.ndarray:
-        """Standard deviations of the priors of ζ where some numbers are implausible, (size,)."""
-        widths = np.ones(size)
+    def widths(self, subset: Subset) -> np.ndarray:
+        """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
+        widths = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
                 widths[place] = self.always[place].prior.wide
@@ -339,6 +340,7 @@ class MapFit:
         strengths: length of each cause's change after nuisances, standard deviations; of one of the
             model's own numbers how far it is from its prior's mean.
         least: strength below which nothing can be seen.
+        draws: samples of ζ, shape (draws, d), and their weights; empty where not sampled.
     """
 
     subset: Subset
@@ -349,6 +351,7 @@ class MapFit:
     misfit: float
     strengths: tuple[float, ...]
     least: float = Policy().visible
+    draws: tuple[np.ndarray, np.ndarray] | None = None
 
     @cached_property
     def visible(self) -> Subset:
@@ -546,6 +549,12 @@ class Hypotheses:
         value, precision = mixture(zeta / width, tail, self._policy.rare)
         return (value + np.log(width)).sum(axis=-1), precision / width**2
 
+    def _width(self, subset: Subset, size: int) -> np.ndarray:
+        """Standard deviations of the priors of ζ where some numbers are implausible, (size,)."""
+        widths = np.ones(size)
+        widths[: self.problem.nuisance_count] = self.problem.widths(subset)
+        return widths
+
     def _factors(
         self, zeta: np.ndarray, of: np.ndarray, columns: int
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -598,6 +607,18 @@ class Hypotheses:
         followed = (pull * np.linalg.solve(inner, pull)).sum(axis=(1, 2))
         return np.asarray(-0.5 * (gram[:, 0, 0] - followed + self.levels[level].log_det))
 
+    def misfit(self, zeta: np.ndarray, level: float) -> np.ndarray:
+        """bᵀGb of the first hypothesis at many places, shape (places,).
+
+        Args:
+            zeta: shape (places, d).
+            level: of the discrepancy.
+        """
+        columns = self._columns.shape[1]
+        b, _ = self._factors(zeta, np.zeros(len(zeta), int), columns)
+        (gram,) = self._products(level, np.zeros(1, int), columns)
+        return np.asarray(np.einsum("pi,ij,pj->p", b, gram, b, optimize=True))
+
     def fit(self, starts: Sequence[np.ndarray], settled: float = SETTLED) -> MapFit:
         """The most probable ζ of the first subset from several starts, at the first level.
 
@@ -637,7 +658,7 @@ class Hypotheses:
         of = np.array([self._of(subset) for subset, _ in starts])
         levels = np.array([level for _, level in starts])
         size, columns = int(self._sizes[of].max()), int(self._ends[of].max())
-        widths = np.array([self.problem.widths(subset, size) for subset, _ in starts])
+        widths = np.array([self._width(subset, size) for subset, _ in starts])
         gram, volume = np.empty((len(of), columns, columns)), np.empty(len(of))
         for level in {*levels.tolist()}:
             at = np.flatnonzero(levels == level)
@@ -790,6 +811,27 @@ class Hypotheses:
             tuple(float(strengths[name][row]) for name in subset)
             for row, subset in enumerate(subsets)
         ]
+
+    def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:
+        """The evidence of the first hypothesis by importance sampling, with draws.
+
+        The fit itself where too few of the draws count.
+        """
+        (low, high), width = self._box[0].T, self._width(fit.subset, len(fit.zeta))
+        log_det = self.levels[fit.level].log_det
+
+        def log_density(zeta: np.ndarray) -> np.ndarray:
+            inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
+            misfit = self.misfit(np.clip(zeta, low, high), fit.level)
+            value = 0.5 * (misfit + log_det) + self._prior(zeta, self._tail[0], width)[0]
+            norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
+            return np.where(inside, -value - norm, -np.inf)
+
+        draws = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
+        if draws is None:
+            return fit
+        places, weights, integral = draws
+        return replace(fit, log_evidence=integral, draws=(places, weights))
 
 
 def taken(change: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -32,6 +32,9 @@ KEPT: Final = 1e-6
 SMALL: Final = 0.01
 """Largest level of a discrepancy that pairs of causes are chosen under."""
 
+SAMPLED: Final = 0.01
+"""Probability from which on a hypothesis is sampled."""
+
 
 @dataclass(frozen=True, eq=False)
 class ModelPosterior:
@@ -43,7 +46,7 @@ class ModelPosterior:
         probability: of each, in the same order.
         log_density: ln p(y), averaged over all.
         as_reported: χ² of the model without causes, its own numbers as told.
-        modes: fits by causes and level.
+        modes: fits by causes and level before draws told more of them.
         coarse: fits of pairs by causes and level, from which the likeliest were chosen.
     """
 
@@ -110,6 +113,9 @@ class ModelPosterior:
 
 def search(
     problem: InferenceProblem,
+    rng: np.random.Generator,
+    *,
+    sample: bool = True,
     before: ModelPosterior | None = None,
     changed: Collection[Subset] = (),
 ) -> ModelPosterior:
@@ -120,6 +126,8 @@ def search(
 
     Args:
         problem: the readings.
+        rng: of samples.
+        sample: whether likely hypotheses are sampled.
         before: the posterior of the same readings, with fewer simulations.
         changed: sets of causes that were simulated since; fits without any are those of before.
     """
@@ -164,7 +172,7 @@ def search(
         for level in dict.fromkeys([0.0, *hopeful[pair]])
     })  # fmt: skip
     every_fit = [mode for fits in modes.values() for mode in fits]
-    weighed = _weighed(every_fit, models)
+    weighed = _weighed(every_fit, models, rng if sample else None)
     return replace(weighed, modes=modes, coarse=coarse)
 
 
@@ -273,10 +281,12 @@ def searched_again(problem: InferenceProblem, of_all: ModelPosterior) -> ModelPo
         for fit in of_all.fits if any({*fit.subset} <= causes for causes in likely)
     }  # fmt: skip
     hypotheses = Hypotheses.under(models.values(), [subset for subset, _ in starts])
-    return _weighed(hypotheses.fits(starts), models)
+    return _weighed(hypotheses.fits(starts), models, None)
 
 
-def _weighed(fits: list[MapFit], every: Mapping[float, CovarianceModel]) -> ModelPosterior:
+def _weighed(
+    fits: list[MapFit], every: Mapping[float, CovarianceModel], rng: np.random.Generator | None
+) -> ModelPosterior:
     """Probabilities by evidence and prior.
 
     An effect of the catalogue acts, or several do; each number of rig and finger is far from what
@@ -286,17 +296,27 @@ def _weighed(fits: list[MapFit], every: Mapping[float, CovarianceModel]) -> Mode
     policy, prior = problem.policy, problem.policy.levels
     count = len(problem.numbers)
     by_size = [p / max(comb(count, size), 1) for size, p in enumerate(policy.prior_by_size)]
-    sizes = [len(problem.causes(fit.subset)) for fit in fits]
-    logs = np.array([
-        -np.inf if problem.causes(fit.subset) in problem.impossible
-        else fit.log_evidence + np.log(prior[fit.level] * by_size[size])
-        + np.log(policy.rare) * (len(fit.subset) - size)
-        for size, fit in zip(sizes, fits, strict=True)
-    ])  # fmt: skip
-    total = float(np.logaddexp.reduce(logs))
-    as_told, _ = problem.every_reading(NONE, np.zeros(problem.nuisance_count))
-    off = every[0.0].whitened(problem.every_value - as_told)
-    return ModelPosterior(problem, fits, np.exp(logs - total), total, float(off @ off))
+
+    def weights(all_fits: list[MapFit]) -> tuple[np.ndarray, float]:
+        sizes = [len(problem.causes(fit.subset)) for fit in all_fits]
+        logs = np.array([
+            -np.inf if problem.causes(fit.subset) in problem.impossible
+            else fit.log_evidence + np.log(prior[fit.level] * by_size[size])
+            + np.log(policy.rare) * (len(fit.subset) - size)
+            for size, fit in zip(sizes, all_fits, strict=True)
+        ])  # fmt: skip
+        total = float(np.logaddexp.reduce(logs))
+        return np.exp(logs - total), total
+
+    probability, total = weights(fits)
+    if rng is not None:
+        fits = [
+            every[fit.level].of(fit.subset).sampled(fit, rng) if p > SAMPLED else fit
+            for p, fit in zip(probability, fits, strict=True)
+        ]
+        probability, total = weights(fits)
+    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
+    return ModelPosterior(problem, fits, probability, total, float(as_reported))
 
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:

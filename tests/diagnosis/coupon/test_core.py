@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.core import evidence
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents, places
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
+from dolfingrip.diagnosis.core.sampling import drawn as sampled_draws
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.unknown import NumberReading, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.policy import Policy
@@ -87,6 +88,8 @@ def test_the_evidence_is_the_integral() -> None:
     whole, _ = dblquad(density, -3, 3, -3.3, 3.3)
     constant = -len(X) * (np.log(NOISE) + 0.5 * np.log(2 * np.pi))
     assert found == pytest.approx(np.log(whole) + reference + constant, abs=0.02)
+    sampled = hypothesis.sampled(hypothesis.fit([np.zeros(2)]), np.random.default_rng(SEED))
+    assert sampled.log_evidence == pytest.approx(found, abs=0.1)
 
 
 def test_fits_from_many_places_at_once_are_those_from_each() -> None:
@@ -127,7 +130,7 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
 
 def test_a_cause_is_named_with_its_twin() -> None:
     """What readings cannot tell apart is named together; what is not there is not."""
-    posterior = search(case(drawn(1.5 * WAVES["bent"]), WAVES))
+    posterior = search(case(drawn(1.5 * WAVES["bent"]), WAVES), np.random.default_rng(SEED))
     decision, under = sensitivity(posterior)
     assert decision.answer == "cause"
     assert set(decision.first) == {"bent", "twin"}
@@ -153,7 +156,8 @@ def test_a_wider_prior_is_a_stronger_change(by: float) -> None:
 
 def test_an_answer_that_stays_under_wider_priors_has_lost_none() -> None:
     strong, faint = (
-        sensitivity(search(case(drawn(by * BENT["bent"]), BENT))) for by in (2.0, 0.125)
+        sensitivity(search(case(drawn(by * BENT["bent"]), BENT), np.random.default_rng(SEED)))
+        for by in (2.0, 0.125)
     )
     assert strong[0].first == ("bent",)
     assert strong[1].least > 0.5
@@ -165,13 +169,13 @@ def test_an_answer_that_stays_under_wider_priors_has_lost_none() -> None:
 def test_two_causes_are_both_named() -> None:
     changes = {"bent": WAVES["bent"], "wave": WAVES["wave"]}
     value = drawn(1.5 * changes["bent"], 1.5 * changes["wave"])
-    decision, _ = sensitivity(search(case(value, changes)))
+    decision, _ = sensitivity(search(case(value, changes), np.random.default_rng(SEED)))
     assert {*decision.first, *decision.second} == {"bent", "wave"}
     assert len(decision.first) == len(decision.second) == 1
 
 
 def test_nothing_is_seen_in_noise() -> None:
-    decision = decide(search(case(drawn(), WAVES)))
+    decision = decide(search(case(drawn(), WAVES), np.random.default_rng(SEED)))
     assert decision.answer == "none"
     assert decision.none > 0.5
 
@@ -179,21 +183,21 @@ def test_nothing_is_seen_in_noise() -> None:
 def test_an_uneven_outsider_is_not_given_to_a_cause_that_follows_a_little_of_it() -> None:
     """A screw of uneven pitch, 4 standard deviations of a reading in size."""
     waver = 4 * NOISE * np.sin(2 * np.pi * X / 0.3)
-    decision = decide(search(case(drawn(waver), BENT)))
+    decision = decide(search(case(drawn(waver), BENT), np.random.default_rng(SEED)))
     assert decision.answer == "unknown"
 
 
 def test_an_outsider_is_unknown() -> None:
     """A change of another shape, 20 standard deviations of a reading, is given to no cause."""
     jump = np.where(X > 0.5, 1.0, 0.0)
-    decision = decide(search(case(drawn(jump), BENT)))
+    decision = decide(search(case(drawn(jump), BENT), np.random.default_rng(SEED)))
     assert decision.answer == "unknown"
 
 
 def test_what_a_cause_explains_by_half_is_not_given_to_it() -> None:
     """A strong change of which the cause's shape is only a part."""
     value = drawn(1.5 * BENT["bent"], np.where(X > 0.45, 0.6, 0.0))
-    decision = decide(search(case(value, BENT)))
+    decision = decide(search(case(value, BENT), np.random.default_rng(SEED)))
     assert decision.answer == "unknown"
     assert decision.unexplained > 0.15
 
@@ -201,17 +205,48 @@ def test_what_a_cause_explains_by_half_is_not_given_to_it() -> None:
 def test_a_cause_is_no_surer_than_the_share_that_it_explains() -> None:
     """A strong cause beside a small jump is named, and what stays is told."""
     value = drawn(3 * BENT["bent"], np.where(X > 0.7, 0.35, 0.0))
-    decision = decide(search(case(value, BENT)))
+    decision = decide(search(case(value, BENT), np.random.default_rng(SEED)))
     assert decision.answer == "cause"
     assert decision.first == ("bent",)
     assert 0.01 < decision.unexplained < 0.5
     assert 0.25 < decision.probability <= (1 - decision.unexplained) ** 2
 
 
+def test_draws_follow_a_curved_ridge() -> None:
+    """y ~ N(x², 0.4²) over x ~ N(0, 1): the integral is 1, and E y = E x² = 1."""
+
+    def log_density(at: np.ndarray) -> np.ndarray:
+        off = (at[:, 1] - at[:, 0] ** 2) / 0.4
+        return np.asarray(-0.5 * (at[:, 0] ** 2 + off**2) - np.log(2 * np.pi * 0.4))
+
+    print("seed", SEED)
+    about_mode = np.diag([1.0, 0.16])
+    found = sampled_draws(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
+    assert found is not None
+    places, weights, log_integral = found
+    assert 1 / np.square(weights).sum() > 100
+    assert log_integral == pytest.approx(0.0, abs=0.15)
+    assert weights @ places[:, 1] == pytest.approx(1.0, abs=0.25)
+
+
+@pytest.mark.parametrize("width", [0.3, 0.2, 0.15, 0.01])
+def test_draws_of_a_density_in_a_corner(width: float) -> None:
+    """Few draws are where a box of density 1/width² is, or none: its integral is 1 if they tell."""
+
+    def log_density(at: np.ndarray) -> np.ndarray:
+        inside = ((at >= 0) & (at <= width)).all(axis=1)
+        return np.where(inside, -2 * np.log(width), -np.inf)
+
+    print("seed", SEED)
+    found = sampled_draws(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
+    assert found is None or found[-1] == pytest.approx(0.0, abs=0.2)
+    assert found is not None or width < 0.1
+
+
 def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     """Five standard deviations off, it is the cause itself, and no effect is named for it."""
     own = case(drawn() + 0.6 * BASE, WAVES)
-    posterior = search(own)
+    posterior = search(own, np.random.default_rng(SEED))
     decision = decide(posterior)
     factor = own.factor.at(decision.best.zeta[0])
     assert decision.answer == "cause"
@@ -223,7 +258,7 @@ def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
 def test_a_cause_that_needs_no_far_modulus_stands_beside_it() -> None:
     """Force and modulus both 1.6 times as large: readings cannot tell which; other priors agree."""
     own = case(1.6 * drawn(), WAVES | {"gain": 0.4 * BASE})
-    decision, under = sensitivity(search(own))
+    decision, under = sensitivity(search(own, np.random.default_rng(SEED)))
     assert decision.answer == "cause"
     assert {*decision.first} == {*own.always[0].names, "gain"}
     assert decision.nuisance_only
@@ -231,7 +266,7 @@ def test_a_cause_that_needs_no_far_modulus_stands_beside_it() -> None:
 
 
 def test_a_modulus_within_what_is_told_is_no_cause() -> None:
-    decision = decide(search(case(1.15 * drawn(), WAVES)))
+    decision = decide(search(case(1.15 * drawn(), WAVES), np.random.default_rng(SEED)))
     assert decision.answer == "none"
 
 
@@ -241,20 +276,20 @@ def test_a_number_of_the_rig_stands_beside_a_cause_not_in_its_place() -> None:
     value = drawn(3 * changes["bent"], 5 * changes["slip"])
     slip = {"slip": changes.pop("slip")}
     own = case(value, changes, slip)
-    decision, _ = sensitivity(search(own))
+    decision, _ = sensitivity(search(own, np.random.default_rng(SEED)))
     assert set(decision.first) == {"bent", "twin"}
     assert decision.second == ("slip",)
     alone = case(drawn(5 * slip["slip"]), changes, slip)
-    assert decide(search(alone)).first == ("slip",)
+    assert decide(search(alone, np.random.default_rng(SEED))).first == ("slip",)
 
 
 def test_what_was_likely_is_found_again_without_some_readings() -> None:
     """Fits that begin at those of all readings end where a whole search ends."""
     own = case(drawn(1.5 * WAVES["bent"]), WAVES)
     kept = np.arange(len(X)) % 4 != 0
-    whole = search(own)
+    whole = search(own, np.random.default_rng(SEED), sample=False)
     again = searched_again(own.rows(kept), whole)
-    anew = search(own.rows(kept))
+    anew = search(own.rows(kept), np.random.default_rng(SEED), sample=False)
     assert again.log_density == pytest.approx(anew.log_density, abs=0.01)
     assert decide(again).first == decide(anew).first
 
@@ -265,7 +300,7 @@ def test_after_a_correction_the_fits_that_it_does_not_concern_stay(
 ) -> None:
     """The same as a whole search, but for rounding."""
     own = case(drawn(1.5 * WAVES["bent"]), WAVES)
-    before = search(own)
+    before = search(own, np.random.default_rng(SEED))
     zeta = before.best(changed).zeta
     missed = 0.5 * NOISE * np.cos(9 * X)
     u, rate = np.array([
@@ -275,12 +310,12 @@ def test_after_a_correction_the_fits_that_it_does_not_concern_stay(
         [own.predicted(changed, zeta) + missed, own.slopes(changed, zeta) / rate]
     )
     other = own.beside([(changed, Tangents(u[None], exact[None]))])
-    anew = search(other)
-    again = search(other, before=before, changed=[changed])
+    anew = search(other, np.random.default_rng(SEED))
+    again = search(other, np.random.default_rng(SEED), before=before, changed=[changed])
     assert [each.subset for each in again.fits] == [each.subset for each in anew.fits]
     # fits beside others are rounded otherwise
     np.testing.assert_allclose(again.probability, anew.probability, rtol=1e-8, atol=1e-15)
-    assert abs(again.best(changed).log_evidence - before.best(changed).log_evidence) > 1e-3
+    assert abs(again.log_density - before.log_density) > 1e-3
     kept = sum(each is fit for key, fits in again.modes.items() for each in fits
                for fit in before.modes.get(key, ()))  # fmt: skip
     assert (kept > len(again.fits) / 3) == bool(changed)
@@ -373,7 +408,7 @@ def test_a_cause_that_is_read_by_itself_is_named() -> None:
     def named(*read: float) -> tuple[str, ...]:
         told = [NumberReading("twin", {"twin": 1.0}, {"twin": 0.0}, 0.0, 0.1, r) for r in read]
         own = case(value, twins, told=tuple(told))
-        decision = decide(search(own))
+        decision = decide(search(own, np.random.default_rng(SEED), sample=False))
         assert decision.answer == "cause"
         return decision.first
 
@@ -404,7 +439,7 @@ def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
     """Effects too weak to be read: none, one or two act as probably as before the readings."""
     weak = {name: 1e-7 * change for name, change in WAVES.items()}
     own = case(drawn(), weak)
-    posterior = search(own)
+    posterior = search(own, np.random.default_rng(SEED), sample=False)
     found = [0.0, 0.0, 0.0]
     for subset, probability in posterior.subsets.items():
         found[len(own.causes(subset))] += probability
@@ -423,11 +458,11 @@ def test_memory_that_one_rate_shows_has_to_beat_any_smooth_elastic_curve(
         case(drawn(1.5 * change), {"remembers": change}),
         remembering=frozenset({"remembers"}), curves=smooth_curves(along),
     )  # fmt: skip
-    decision = decide(search(own))
+    decision = decide(search(own, np.random.default_rng(SEED)))
     assert (decision.answer, decision.first) == ("cause", ("remembers",))
     assert decision.by_shape == by_shape
     assert (decision.probability <= 0.5) == by_shape
-    elastic = decide(search(replace(own, curves=None)))
+    elastic = decide(search(replace(own, curves=None), np.random.default_rng(SEED)))
     assert not elastic.by_shape
     assert elastic.probability > 0.9
 
@@ -440,10 +475,10 @@ def test_memory_that_has_the_shape_of_a_curve_is_no_second_cause() -> None:
         case(drawn(2 * wave + 1.5 * bent), {"wave": wave, "remembers": bent}),
         remembering=frozenset({"remembers"}),
     )
-    told = decide(search(both))
+    told = decide(search(both, np.random.default_rng(SEED)))
     assert {*told.first, *told.second} == {"wave", "remembers"}
     own = replace(both, curves=smooth_curves(along))
-    decision = decide(search(own))
+    decision = decide(search(own, np.random.default_rng(SEED)))
     assert (decision.first, decision.second) == (("wave",), ())
     assert not decision.by_shape
     assert decision.probability > 0.9

@@ -92,7 +92,7 @@ def test_it_takes_the_strength_that_is_told(
             own = root @ rng.standard_normal(len(root))
             change = problem.change(name, at_rest(planned), cause.at_strength(factor * least))
             value = problem.base + change + own
-            decision = decide(search(replace(planned.problem, value=value)))
+            decision = decide(search(replace(planned.problem, value=value), rng, sample=False))
             named += decision.answer == "cause" and decision.first == (name,)
         shares.append(named / DRAWS)
     print(found[name], shares)
