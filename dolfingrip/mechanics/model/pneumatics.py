@@ -297,28 +297,18 @@ class Air:
     def error(self, end: Ends, step_s: float) -> float:
         """Error of the pressure (MPa) of a step: its amount of air against the trapezoidal rule's.
 
-        What the tube has too much or too little of comes into the cavity, or lacks there.
-
         Args:
             end: the step's.
             step_s: its length.
         """
         start = self.now
-        trapezoid = step_s * self.net((start.flows + end.flows) / 2)[0]
-        off = np.abs(end.amounts - start.amounts - trapezoid)[[TUBE, CAVITY]].sum()
-        return float(self.line.exponent * end.pressures[CAVITY] * off / end.amounts[CAVITY])
 
-    def net(self, flows: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the gain of source, tube and cavity by some flows, and its part from outside.
+        def net(of: Ends) -> float:
+            return float(of.flows[THROUGH] - of.flows[LEAK])
 
-        Args:
-            flows: through valve, exhaust, tube and leak (mm³/s of free air).
-        """
-        gain = np.zeros(4)
-        for (one, other), flow in zip(self.ways, flows, strict=True):
-            gain[one] -= flow
-            gain[other] += flow
-        return gain[:OUTSIDE], -float(gain[OUTSIDE])
+        trapezoid = step_s * (net(start) + net(end)) / 2
+        off = end.amounts[CAVITY] - start.amounts[CAVITY] - trapezoid
+        return float(self.line.exponent * end.pressures[CAVITY] * abs(off) / end.amounts[CAVITY])
 
     def accept(self, end: Ends, step_s: float) -> None:
         """Take a step's end as the start of the next one.
@@ -457,9 +447,17 @@ class _Step:
         share = np.full(3, REFERENCE_MPA)
         np.divide(now.invariants, now.amounts, out=share, where=now.amounts > 0)
         made = cls(air, prescribed, step_s, old, [], [], list(map(float, share)))
-        made.amounts = list(map(float, now.amounts + step_s * old * air.net(flows)[0]))
+        made.amounts = list(map(float, now.amounts + step_s * old * made.net(flows)[0]))
         made.invariants = list(map(float, now.invariants + step_s * old * rates))
         return made
+
+    def net(self, flows: np.ndarray) -> tuple[np.ndarray, float]:
+        """The gain of source, tube and cavity by some flows, and the part of it from outside."""
+        gain = np.zeros(4)
+        for (one, other), flow in zip(self.air.ways, flows, strict=True):
+            gain[one] -= flow
+            gain[other] += flow
+        return gain[:OUTSIDE], -float(gain[OUTSIDE])
 
     def balances(self, pressures: Sequence[float]) -> tuple[list[float], list[float], list[float]]:
         """Flows, and amounts and invariants of source, tube and cavity, with these pressures.
@@ -482,7 +480,7 @@ class _Step:
         """The air at the step's end with these pressures of source, tube and cavity."""
         flows, amounts, invariants = map(np.array, self.balances(pressures))
         mean = self.old * self.air.mean[0] + (1 - self.old) * flows
-        outside = self.air.now.entered + self.step_s * self.air.net(mean)[1]
+        outside = self.air.now.entered + self.step_s * self.net(mean)[1]
         return Ends(np.array(pressures), flows, amounts, invariants, outside)
 
     def pressures(self, cavity: float) -> Sequence[float]:
