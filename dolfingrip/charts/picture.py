@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dolfingrip.charts import theme
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series, runs
+from dolfingrip.charts.theme import save
 
 COLOURS: Final = {
     "blue": theme.BLUE, "orange": theme.ORANGE, "green": theme.GREEN, "purple": theme.PURPLE,
@@ -128,7 +129,7 @@ def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path
             figure.legend(handles, list(keys), loc="outside lower center", ncols=min(5, 2 * across))
         if look.title:
             figure.suptitle(look.title, fontsize=9)
-        theme.save(figure, file, look.dpi)
+        save(figure, file, look.dpi)
     return file
 
 

@@ -10,7 +10,7 @@ import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Prior, Setup, Site
+from dolfingrip.extensions.effect import Prior, Site
 from dolfingrip.extensions.kinds import Network, Viscous
 from dolfingrip.sections.section import Ratio, Refusal
 
@@ -31,7 +31,8 @@ class LossFactor(Viscous):
     Prior: η from 0.05 to 0.25 for cast silicone, from 1 to 100 Hz.
     Fingerprint: swings decay by the same ratio exp(−π η) at all frequencies of the range, and the
     finger is stiffer in motion than at rest: for η = 0.11 by 10 % at the lowest frequency, and by
-    17 % more for each decade. Ramps and waits of seconds do not feel it.
+    17 % more for each decade. A coupon that is pulled within seconds is stiffer at its start; ramps
+    of minutes do not feel it.
     Confused with: Prony, whose loss has a peak at one frequency; inertia and a log of set points,
     by a late and smaller swing.
     """
@@ -48,15 +49,6 @@ class LossFactor(Viscous):
     highest_Hz: Annotated[
         float, Prior(100.0, 100.0, "engineering guess: as fast as ring-downs are", positive=True)
     ] = Field(100.0, gt=0, description="frequency up to which the loss factor holds")
-
-    @classmethod
-    def possible(cls, config: Setup) -> bool:
-        """Slow readings cannot tell it from an elastic solid.
-
-        Args:
-            config: of the body that it acts on.
-        """
-        return config.experiment.dynamic
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""

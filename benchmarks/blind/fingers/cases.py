@@ -33,6 +33,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.unknown import causes
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.extensions.index import camera_errors
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 
@@ -80,7 +81,12 @@ class Bench:
         where = Where(workers=workers)
         # a case is drawn up to TRIES times: its processes start once, and end with Python's
         self.workers = Workers(scratch / "generator", where, kept=Pool(where))
-        self.causes = {each.name: each for each in causes(self.protocol.analysed(), effects)}
+        # no camera is told, and without one its errors are those of the angle's own instrument
+        of_cameras = {cls.name() for cls in camera_errors()}
+        self.causes = {
+            cause.name: cause for cause in causes(self.protocol.analysed(), effects)
+            if cause.name not in of_cameras
+        }  # fmt: skip
         self.plain = self.readings(Truth())
         self.by_modulus = self.readings(Truth(modulus=1.05)) - self.plain
         told = [self.readings(Truth(far={name: 1.0})) - self.plain for name in NUISANCES[:-1]]

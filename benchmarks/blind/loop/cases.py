@@ -21,13 +21,13 @@ KIND: Final = "one"
 
 SMALL: Final = Protocol(
     "small", ("mesh.size_mm=7", "finger.length_mm=63", "finger.bellows=5"),
-    ("solver.element=P2", "mesh.size_mm=8", "mesh.edge_size_mm=6"),
-    ("solver.element=P2", "mesh.size_mm=8", "mesh.edge_size_mm=6"),
+    finger.MESH, (),
     dict.fromkeys(FREE, ramped(PRESSURE, [(80.0, 8, 25.0), (0.0, 8, 25.0)])), FREE,
     gap_mm=0.5, offset_std_kPa=0.5, gap_std_mm=0.1, noise=0.5, once=True,
 )  # fmt: skip
-"""Five bellows, free and blocked, up and down to 80 kPa, with half the ordinary noise: tetrahedra
-of second order where the analyser has hexahedra of 7 mm."""
+"""Five bellows, free and blocked, up and down to 80 kPa, with half the ordinary noise. The hidden
+mesh is a finer one: tetrahedra of 8 mm are 14 % stiffer than a converged mesh, and so their moduli
+are not those that a diagnosis should find. Strengths are counted on the analyser's mesh."""
 
 PULL: Final = Protocol(
     "pull", (), (), (), {"coupon": ramped("displacement_mm", [(finger.COUPON_mm, 12, 2.5)])},

@@ -1,8 +1,9 @@
 """Which hypothesis is simulated next: one rule for coupons and fingers, from the first to the last.
 
 Readings at a fit are extrapolated from the nearest simulation. That may miss a part of the change
-from there, and so some ln of evidence. The hypothesis whose probability that could change most is
-simulated at its fit, until no change could matter. A hypothesis can gain no more than half of what
+from there, and so some ln of evidence. An error of an instrument follows from the simulation that
+is there, and is worked out always. Of others, the hypothesis whose probability that could change
+most is simulated at its fit, until no change could matter. It can gain no more than half of what
 its χ² exceeds that of the most probable one, or the number of readings where that is less.
 """
 
@@ -71,26 +72,27 @@ def doubtful(
     Returns:
         Those whose simulation costs nothing, and others, those first that could be likeliest.
     """
-    problem, free, others = posterior.problem, list[MapFit](), list[MapFit]()
+    problem, free = posterior.problem, dict[Subset, MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
     probability, policy = {id(fit): p for p, fit in posterior.weighed}, problem.policy
     leading = posterior.leaders(lambda fit: fit.level)
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
         causes, p = problem.causes(fit.subset), probability[id(fit)]
+        left = policy.tries - tried[causes]
+        costs = len(causes) > 1 or analysis.simulation.free(analysis.point(fit)) is None
+        if causes in problem.impossible or left + (0 if costs else policy.tries) <= 0:
+            continue
+        if not costs and left > 0:
+            if problem.extrapolated(fit) > policy.exactly:
+                free.setdefault(causes, fit)
+            continue
         closest = min(leading[fit.level].misfit, len(problem.every_value))
         gain = max(0.5 * (fit.misfit - closest), 0.0)
-        if causes in problem.impossible or max(p * np.expm1(gain), p) <= policy.matters:
+        if max(p * np.expm1(gain), p) <= policy.matters:
             continue
         missed = problem.extrapolated(fit)
         change = float(p * max(np.expm1(min(missed, gain)), -np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit
-    for causes, (_, fit) in sorted(could.items(), key=lambda pair: -pair[1][0]):
-        alone = len(causes) == 1
-        costs = not alone or analysis.simulation.free(analysis.point(fit)) is None
-        left = policy.tries * (1 if costs else 2) - tried[causes]
-        if left > policy.tries:
-            free.append(fit)
-        elif left > 0:
-            others.append(fit)
-    return free, others
+    others = [fit for _, fit in sorted(could.values(), key=lambda pair: -pair[0])]
+    return list(free.values()), others
