@@ -47,6 +47,7 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
     ("loops", "outsider", 5),
     ("loops", "two", 2),
     ("pull", "outsider", 13),
+    ("loops", "outsider", 3),
 )
 """Protocol, kind and number of cases of the development set."""
 

@@ -88,7 +88,7 @@ def doubtful(
             continue
         closest = min(leading[fit.level].misfit, len(problem.every_value))
         gain = max(0.5 * (fit.misfit - closest), 0.0)
-        if max(p * np.expm1(gain), p) <= policy.matters:
+        if p <= policy.matters and gain <= np.log1p(policy.matters / (p + np.finfo(float).tiny)):
             continue
         missed = problem.extrapolated(fit)
         change = float(p * max(np.expm1(min(missed, gain)), -np.expm1(-missed)))
