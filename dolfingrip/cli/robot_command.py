@@ -61,8 +61,9 @@ def robot(args: RobotSettings) -> None:
         f"the runs of finite elements took {file.simulated_s:.0f} s"
     )
     if file.supply is not None:
+        filled_s = build.CONSTANTS * file.line_s
         screen.say(
-            f"its supply fills it to 95 % of {high:g} kPa in {3 * file.line_s:.2g} s, as a lag of "
+            f"its supply fills it to 95 % of {high:g} kPa in {filled_s:.2g} s, as a lag of "
             "the first order does in finger.xml"
         )
     for ending in file.valid.ended:

@@ -23,8 +23,8 @@ from dolfingrip.diagnosis.data.suspicion import reversed_signs, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, simulator_of
+from dolfingrip.diagnosis.simulation.aliasing import undersampled
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
-from dolfingrip.diagnosis.simulation.sampling import undersampled
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis import Slip, SpecimensApart
 from dolfingrip.files.diagnosis_words import slip_words

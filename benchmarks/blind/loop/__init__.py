@@ -1,7 +1,7 @@
 """The diagnosis closes the loop: what it advises is measured on the hidden finger.
 
-A finger of another mesh, whose modulus, walls, regulator and plate are up to two
-standard deviations off, is measured by a first protocol (``small``: five bellows; ``reference``).
+A finger of another mesh, whose modulus, walls, regulator and plate are up to two standard
+deviations off, is measured by a first protocol (``small``: five bellows; ``reference``).
 ``dolfingrip diagnose`` answers. What its ``diagnosis.json`` puts first of ``next_experiments`` is
 done on the hidden finger, and both are diagnosed together; up to two such rounds.
 

@@ -51,20 +51,3 @@ def gap(rows: pd.DataFrame, control: str, where: str) -> list[str]:
         f"{where}: no row from {time_s[at]:g} to {time_s[at + 1]:g} s, elsewhere one every "
         f"{np.median(within):.2g} s; {control} is taken to go straight across the gap"
     ]
-
-
-def aliased(apart_s: float, frequency_Hz: float) -> str:
-    """Say that rows are too far apart to show a swing; nothing where they are not.
-
-    Args:
-        apart_s: usual step between two rows.
-        frequency_Hz: of the model's slowest swing.
-    """
-    shown_Hz = 0.5 / apart_s
-    if frequency_Hz <= shown_Hz:
-        return ""
-    return (
-        f"its rows are {apart_s:.2g} s apart and show swings of up to {shown_Hz:.3g} Hz, but the "
-        f"model's slowest one has {frequency_Hz:.3g} Hz, which looks slower than it is; rows at "
-        f"most {0.5 / frequency_Hz:.2g} s apart show it"
-    )

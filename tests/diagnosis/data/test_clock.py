@@ -11,9 +11,8 @@ import pytest
 from support.measured_files import written
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.clock import aliased
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.simulation.sampling import undersampled
+from dolfingrip.diagnosis.simulation.aliasing import aliased, undersampled
 from dolfingrip.experiments.request import Request
 
 MOVING = Config().changed(experiment={"dynamic": True})

@@ -8,7 +8,6 @@ import numpy as np
 
 from dolfingrip.channels import FREQUENCIES, TIME
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.clock import aliased
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.runner import Workers, request
 
@@ -33,3 +32,20 @@ def undersampled(measurement: Measurement, config: Config, workers: Workers) -> 
             doubt = aliased(float(np.median(steps)), swings[0]) if swings else ""
             lines += [f"{test}: {doubt}"] if doubt else []
     return lines
+
+
+def aliased(apart_s: float, frequency_Hz: float) -> str:
+    """Say that rows are too far apart to show a swing; nothing where they are not.
+
+    Args:
+        apart_s: usual step between two rows.
+        frequency_Hz: of the model's slowest swing.
+    """
+    shown_Hz = 0.5 / apart_s
+    if frequency_Hz <= shown_Hz:
+        return ""
+    return (
+        f"its rows are {apart_s:.2g} s apart and show swings of up to {shown_Hz:.3g} Hz, but the "
+        f"model's slowest one has {frequency_Hz:.3g} Hz, which looks slower than it is; rows at "
+        f"most {0.5 / frequency_Hz:.2g} s apart show it"
+    )
