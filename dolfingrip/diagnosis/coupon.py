@@ -16,7 +16,7 @@ import numpy as np
 from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
 from dolfingrip.config import NO_CHANGE, Change, Config, changed
 from dolfingrip.diagnosis.core.blend import Tangents
-from dolfingrip.diagnosis.core.evidence import Subset
+from dolfingrip.diagnosis.core.problem import Subset
 from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, joined
 from dolfingrip.diagnosis.simulation.point import Point

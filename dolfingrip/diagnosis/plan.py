@@ -21,7 +21,8 @@ from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import Rival, expected_evidence
 from dolfingrip.diagnosis.answer.analysis import Analysis, told_by_shape
-from dolfingrip.diagnosis.core.evidence import NONE, Hypotheses
+from dolfingrip.diagnosis.core.fitting import Hypotheses
+from dolfingrip.diagnosis.core.problem import NONE
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, joined, shows_memory
@@ -91,7 +92,7 @@ def _rivals(planned: Analysis, value: np.ndarray) -> dict[str, Rival]:
     for name, cause in planned.causes.items():
         both = [cause.at_strength(), np.zeros(len(cause.numbers))]
         starts[(name,), 0.0] = [np.r_[starts[NONE, 0.0][0], zeta] for zeta in both]
-    hypotheses = Hypotheses.under([problem.levels[0.0]], [subset for subset, _ in starts])
+    hypotheses = Hypotheses(problem, [subset for subset, _ in starts])
     return {
         "".join(fit.subset): Rival(
             fit.zeta, problem.predicted(fit.subset, fit.zeta), problem.slopes(fit.subset, fit.zeta)

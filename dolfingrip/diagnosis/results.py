@@ -32,9 +32,11 @@ import pandas as pd
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.answer.refining import extrapolated
 from dolfingrip.diagnosis.answer.settling import advice
 from dolfingrip.diagnosis.answer.statistics import bands, common_change, misfit, rig_numbers
-from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.problem import NONE
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files import diagnosis as outcome
@@ -194,7 +196,7 @@ def _content(
         downstream=diagnosis.downstream, slips=tuple(diagnosis.slips),
         not_reached=tuple(analysis.simulation.not_reached), not_tried=tuple(analysis.not_tried),
         failed=dict(analysis.failed), mesh_known=analysis.closed_form or bool(analysis.mesh_errors),
-        extrapolated=posterior.problem.extrapolated(best) > posterior.problem.policy.exactly,
+        extrapolated=extrapolated(posterior.problem, best) > posterior.problem.policy.exactly,
         warnings=tuple(diagnosis.warnings),
         extended=_changes(diagnosis.config, extended) if extended else {},
         simulated_s=diagnosis.simulated_s,

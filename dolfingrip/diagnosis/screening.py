@@ -19,8 +19,10 @@ from dolfingrip.diagnosis.additions.checks import numbers_read
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.discrepancy import kernel
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of
+from dolfingrip.diagnosis.answer.refining import extrapolated
 from dolfingrip.diagnosis.core.blend import Tangents, places
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit
+from dolfingrip.diagnosis.core.fitting import Hypotheses, MapFit
+from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -183,7 +185,7 @@ def _followed(
         runs.append(plain)
         problem = _problem(simulation, errors_of(simulation), (factor, *solid), linear, runs)
         fit = _best(problem)
-        if problem.extrapolated(fit) <= policy.exactly:
+        if extrapolated(problem, fit) <= policy.exactly:
             break
         here = zip(solid, map(float, fit.zeta[1:]), strict=False)
         start = Point(factor, float(fit.zeta[0]), tuple(here))
@@ -267,7 +269,7 @@ def _problem(
 def _best(problem: InferenceProblem) -> MapFit:
     """The fit without causes under whichever discrepancy it needs; its numbers may be far off."""
     names, start = tuple(problem.implausible), np.zeros(problem.nuisance_count)
-    fits = [level.of(names).fit([start]) for level in problem.levels.values()]
+    fits = Hypotheses(problem, [names]).fits({(names, level): [start] for level in problem.levels})
     return max(fits, key=lambda fit: fit.log_evidence + np.log(problem.policy.levels[fit.level]))
 
 

@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
+from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Unknown, cause, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import read

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
-from dolfingrip.diagnosis.core.evidence import mixture
-from dolfingrip.diagnosis.core.unknown import Cause, causes
+from dolfingrip.diagnosis.core.unknown import Cause, causes, mixture
 from dolfingrip.extensions.index import effect
 
 CAUSES = causes(Config())
@@ -43,6 +42,14 @@ def test_a_far_instrument_is_blended_as_a_near_one() -> None:
     anywhere = np.linspace(offset.low, offset.high, 41)[:, None]
     told, true = found.at(anywhere) @ found.columns.T, offset.at(anywhere) * np.ones(5)
     np.testing.assert_allclose(told, true, atol=1e-8)
+
+
+def test_a_number_that_fits_find_close_to_nothing_is_nothing() -> None:
+    """A configuration refuses numbers that a slip of a unit made, such as a length of 1e-55 mm."""
+    cause = next(each for each in CAUSES if each.name == "force_offset")
+    (offset,) = cause.numbers
+    assert [float(offset.at(zeta)) for zeta in (-1e-55, 0.0)] == [0.0, 0.0]
+    assert changed(Config(), cause.overrides([-1e-55])).extensions.force_offset is not None
 
 
 @pytest.mark.parametrize("cause", CAUSES, ids=[each.name for each in CAUSES])

@@ -30,7 +30,8 @@ from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.blend import Tangents
-from dolfingrip.diagnosis.core.evidence import CovarianceModel
+from dolfingrip.diagnosis.core.fitting import Hypotheses
+from dolfingrip.diagnosis.core.problem import Key
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data import measurement
@@ -144,7 +145,6 @@ class Bench:
         self.quiet = np.concatenate(
             hidden_coupon.measured(self.protocol, Truth(quiet=True), np.random.default_rng(0))
         )
-        self.level = CovarianceModel(self.plain.problem, 0.0)
         self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
 
     def analysed(self, file: Path) -> Analysis[CouponSimulation]:
@@ -182,14 +182,16 @@ class Bench:
             hidden_coupon.measured(self.protocol, quiet, np.random.default_rng(0))
         )
         case = replace(self.plain.problem, value=seen)
-        level = CovarianceModel(case, 0.0)
-        zero = level.of(()).fit([np.zeros(case.nuisance_count)])
-        left = [zero.misfit]
+        names = [(name,) for name in self.plain.causes]
+        hypotheses = Hypotheses(case, [(), *names])
+        (zero,) = hypotheses.fits({((), 0.0): [np.zeros(case.nuisance_count)]})
+        starts = dict[Key, list[np.ndarray]]()
         for name, cause in self.plain.causes.items():
             start = np.clip(np.zeros(len(cause.numbers)), *cause.box().T)
-            starts = [np.r_[zero.zeta, start + move] for move in (-1.0, 0.0, 1.0)]
-            left.append(level.of((name,)).fit(starts).misfit)
-        return float(np.sqrt(max(min(left), 0.0)))
+            moved = [np.r_[zero.zeta, start + move] for move in (-1.0, 0.0, 1.0)]
+            starts[(name,), 0.0] = moved
+        least = min(fit.misfit for fit in (zero, *hypotheses.fits(starts)))
+        return float(np.sqrt(max(least, 0.0)))
 
 
 def frozen(bench: Bench, case: Case[Truth]) -> FrozenCase:

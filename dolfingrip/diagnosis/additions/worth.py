@@ -32,7 +32,7 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.checks import NumberCheck
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import LAW_MISSES, Decision
-from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.fitting import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.data.measurement import Measurement, largest
 from dolfingrip.diagnosis.policy import Policy

@@ -15,13 +15,9 @@ from dolfingrip.diagnosis.answer.artefacts import Artefact, possible_artefacts
 from dolfingrip.diagnosis.answer.errors import Errors, without_memory
 from dolfingrip.diagnosis.answer.specimens import Individual, apart
 from dolfingrip.diagnosis.core.blend import Tangents
-from dolfingrip.diagnosis.core.evidence import (
-    NONE,
-    InferenceProblem,
-    MapFit,
-    Subset,
-    taken,
-)
+from dolfingrip.diagnosis.core.covariance import taken
+from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, largest, shows_memory

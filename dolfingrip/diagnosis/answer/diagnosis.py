@@ -24,7 +24,8 @@ from dolfingrip.diagnosis.core.decision import (
     held,
     sensitivity,
 )
-from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.problem import NONE
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.index import effect

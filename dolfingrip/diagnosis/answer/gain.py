@@ -15,7 +15,7 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
+from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
 from dolfingrip.diagnosis.data.measurement import in_proportion
 from dolfingrip.files.diagnosis import HeldOutError

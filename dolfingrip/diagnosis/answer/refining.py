@@ -15,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.core.evidence import MapFit, Subset
+from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.jobs.run import Say
 
@@ -83,16 +84,42 @@ def doubtful(
         if causes in problem.impossible or left + (0 if costs else policy.tries) <= 0:
             continue
         if not costs and left > 0:
-            if problem.extrapolated(fit) > policy.exactly:
+            if extrapolated(problem, fit) > policy.exactly:
                 free.setdefault(causes, fit)
             continue
         closest = min(leading[fit.level].misfit, len(problem.every_value))
         gain = max(0.5 * (fit.misfit - closest), 0.0)
         if p <= policy.matters and gain <= np.log1p(policy.matters / (p + np.finfo(float).tiny)):
             continue
-        missed = problem.extrapolated(fit)
+        missed = extrapolated(problem, fit)
         change = float(p * max(np.expm1(min(missed, gain)), -np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit
     others = [fit for _, fit in sorted(could.values(), key=lambda pair: -pair[0])]
     return list(free.values()), others
+
+
+def extrapolated(problem: InferenceProblem, fit: MapFit) -> float:
+    """ln of evidence that a fit's readings may miss, as they are not simulated.
+
+    The readings change by some length, in standard deviations, from those simulated of the same
+    causes that are nearest; a part of the length may be wrong.
+
+    Args:
+        problem: with the simulations.
+        fit: of one of its hypotheses.
+    """
+    causes = problem.causes(fit.subset)
+    here = problem.predicted(fit.subset, fit.zeta)
+    if causes in problem.runs:
+        zeta = fit.zeta[problem.simulated_count : problem.nuisance_count]
+        off = here - problem.linear @ zeta - problem.runs[causes].told[..., 0]
+        off = off[np.argmin(np.square(off / problem.noise).sum(axis=1))]
+    else:  # two causes that were not simulated together, by the weaker one
+        every = []
+        for name, places in problem.places(fit.subset).items():
+            fewer = tuple(other for other in fit.subset if other != name)
+            every.append(here - problem.predicted(fewer, np.delete(fit.zeta, places)))
+        off = min(every, key=lambda change: float(np.square(change / problem.noise).sum()))
+    length, policy = float(np.linalg.norm(problem.levels[fit.level].whitened(off))), problem.policy
+    return 0.5 * min(policy.first_error * length, 2 * policy.unlikely) ** 2

@@ -14,7 +14,8 @@ from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import Comparison, Rival, chance_alone, tied
 from dolfingrip.diagnosis.answer.analysis import Analysis, remembers_state
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.problem import NONE
 from dolfingrip.diagnosis.core.unknown import expected
 from dolfingrip.diagnosis.data.measurement import shows_memory
 from dolfingrip.experiments.index import EXPERIMENTS

@@ -9,7 +9,7 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, CHANNELS, FORCE
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.fitting import MapFit
 from dolfingrip.diagnosis.data.motion import smallest_change
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import (

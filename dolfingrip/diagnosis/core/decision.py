@@ -14,14 +14,10 @@ import numpy as np
 import scipy.linalg
 from scipy.special import softmax
 
-from dolfingrip.diagnosis.core.evidence import (
-    NONE,
-    InferenceProblem,
-    MapFit,
-    Subset,
-    mixture,
-)
+from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior
+from dolfingrip.diagnosis.core.unknown import mixture
 from dolfingrip.diagnosis.policy import Policy
 
 

@@ -14,17 +14,9 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.evidence import (
-    NONE,
-    SETTLED,
-    CovarianceModel,
-    Hypotheses,
-    InferenceProblem,
-    Key,
-    MapFit,
-    Subset,
-    taken,
-)
+from dolfingrip.diagnosis.core.covariance import taken
+from dolfingrip.diagnosis.core.fitting import SETTLED, Hypotheses, MapFit
+from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem, Key, Subset
 
 KEPT: Final = 1e-6
 """Probability of causes by all readings from which on they are tried again with some of them."""
@@ -131,7 +123,7 @@ def search(
         before: the posterior of the same readings, with fewer simulations.
         changed: sets of causes that were simulated since; fits without any are those of before.
     """
-    models, names = problem.levels, tuple(problem.numbers)
+    levels, names = problem.policy.levels, tuple(problem.numbers)
     modes: dict[Key, Sequence[MapFit]] = {}
     zeta: dict[Key, np.ndarray] = {}
 
@@ -146,25 +138,25 @@ def search(
 
     def fit(starts: Mapping[Key, Sequence[np.ndarray]]) -> None:
         missing = {key: places for key, places in starts.items() if key not in kept}
-        fits = kept | _fits(models, missing, SETTLED)
+        fits = kept | _fits(problem, missing, SETTLED)
         for key in starts:
             modes[key] = fits[key]
             zeta[key] = max(fits[key], key=lambda mode: mode.log_evidence).zeta
 
-    fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in models})
+    fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in levels})
     fit({
         ((name,), level): [np.r_[zeta[NONE, level], start] for start in _starts(problem, name)]
-        for name in names for level in models
+        for name in names for level in levels
     })  # fmt: skip
     best = max(mode.log_evidence for fits in modes.values() for mode in fits)
     pairs: list[Subset] = [*combinations(names, 2)]
     hopeful: dict[Subset, list[float]] = defaultdict(list)
-    for level in models if pairs else ():
-        most = Hypotheses.under(models.values(), pairs).largest(level)
+    for level in levels if pairs else ():
+        most = Hypotheses(problem, pairs).largest(level)
         for place in np.flatnonzero(most >= best - problem.policy.hopeless):
             hopeful[pairs[place]].append(level)
     starts = {pair: _starts_of_pair(problem, pair, zeta) for pair in pairs if pair in hopeful}
-    coarse = _coarse(models, starts, kept_coarse)
+    coarse = _coarse(problem, starts, kept_coarse)
     # the share that stays is counted without a discrepancy
     fit({
         (pair, level): starts[pair]
@@ -172,24 +164,21 @@ def search(
         for level in dict.fromkeys([0.0, *hopeful[pair]])
     })  # fmt: skip
     every_fit = [mode for fits in modes.values() for mode in fits]
-    weighed = _weighed(every_fit, models, rng if sample else None)
+    weighed = _weighed(problem, every_fit, rng if sample else None)
     return replace(weighed, modes=modes, coarse=coarse)
 
 
 def _fits(
-    models: Mapping[float, CovarianceModel],
-    starts: Mapping[Key, Sequence[np.ndarray]],
-    settled: float,
+    problem: InferenceProblem, starts: Mapping[Key, Sequence[np.ndarray]], settled: float
 ) -> dict[Key, list[MapFit]]:
     """Fits of causes with the model's own numbers as told, and with those far that may be so.
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
-    problem = models[0.0].problem
     policy, fits = problem.policy, {key: list[MapFit]() for key in starts}
     if not starts:
         return fits
-    hypotheses = Hypotheses.under(models.values(), [causes for causes, _ in starts])
+    hypotheses = Hypotheses(problem, [causes for causes, _ in starts])
     fresh = starts
     while fresh:
         new, fresh = hypotheses.fits(fresh, settled), {}
@@ -274,25 +263,23 @@ def searched_again(problem: InferenceProblem, of_all: ModelPosterior) -> ModelPo
         problem: the same, with some of the readings.
         of_all: of all readings; fits begin at its numbers.
     """
-    models = problem.levels
     likely = [{*subset} for subset, p in of_all.subsets.items() if not subset or p > KEPT]
     starts = {
         (fit.subset, fit.level): [fit.zeta]
         for fit in of_all.fits if any({*fit.subset} <= causes for causes in likely)
     }  # fmt: skip
-    hypotheses = Hypotheses.under(models.values(), [subset for subset, _ in starts])
-    return _weighed(hypotheses.fits(starts), models, None)
+    hypotheses = Hypotheses(problem, [subset for subset, _ in starts])
+    return _weighed(problem, hypotheses.fits(starts), None)
 
 
 def _weighed(
-    fits: list[MapFit], every: Mapping[float, CovarianceModel], rng: np.random.Generator | None
+    problem: InferenceProblem, fits: list[MapFit], rng: np.random.Generator | None
 ) -> ModelPosterior:
     """Probabilities by evidence and prior.
 
     An effect of the catalogue acts, or several do; each number of rig and finger is far from what
     was told, or is not.
     """
-    problem = every[0.0].problem
     policy, prior = problem.policy, problem.policy.levels
     count = len(problem.numbers)
     by_size = [p / max(comb(count, size), 1) for size, p in enumerate(policy.prior_by_size)]
@@ -311,11 +298,11 @@ def _weighed(
     probability, total = weights(fits)
     if rng is not None:
         fits = [
-            every[fit.level].of(fit.subset).sampled(fit, rng) if p > SAMPLED else fit
+            Hypotheses(problem, [fit.subset]).sampled(fit, rng) if p > SAMPLED else fit
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
+    (as_reported,) = Hypotheses(problem, [NONE]).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
     return ModelPosterior(problem, fits, probability, total, float(as_reported))
 
 
@@ -337,15 +324,14 @@ def _starts_of_pair(
 
 
 def _coarse(
-    models: Mapping[float, CovarianceModel],
+    problem: InferenceProblem,
     starts: Mapping[Subset, Sequence[np.ndarray]],
     kept: Mapping[Key, MapFit],
 ) -> dict[Key, MapFit]:
     """Coarse fits of pairs of causes under small discrepancies, but for those that are kept."""
-    keys = [(pair, level) for level in models if level <= SMALL for pair in starts]
+    keys = [(pair, level) for level in problem.policy.levels if level <= SMALL for pair in starts]
     missing = {(pair, level): starts[pair] for pair, level in keys if (pair, level) not in kept}
-    hypotheses = Hypotheses.under(models.values(), [NONE, *starts])
-    fits = hypotheses.fits(missing, 0.1 * hypotheses.problem.policy.exactly)
+    fits = Hypotheses(problem, [NONE, *starts]).fits(missing, 0.1 * problem.policy.exactly)
     new = dict(zip(missing, fits, strict=True))
     return {key: kept.get(key) or new[key] for key in keys}
 

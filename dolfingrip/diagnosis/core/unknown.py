@@ -19,6 +19,7 @@ from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.search import scaled_priors
+from dolfingrip.sections.units import NOTHING
 
 MODULUS: Final = "modulus"
 """Key of the factor of all moduli, and what it is called."""
@@ -92,8 +93,9 @@ class Unknown:
         return replace(self, prior=prior, role="candidate", tail=1.0)
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
-        """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
-        return np.clip(_at_each(self.prior.at, zeta), *self.bounds)[()]
+        """Values, of the shape of ``zeta``; rounding leads beyond no bound, and not close to 0."""
+        values = np.clip(_at_each(self.prior.at, zeta), *self.bounds)
+        return np.where(np.abs(values) < NOTHING, 0.0, values)[()]
 
     def slope(self, zeta: float | np.ndarray) -> np.ndarray:
         """Derivatives of the values by ζ, of its shape."""
@@ -248,6 +250,26 @@ def coordinates(
     value = ratio * np.exp(log_std * zeta - np.square(log_std) / 2)
     bent = np.greater(ratio, 0)
     return np.where(bent, value - ratio, zeta), np.where(bent, log_std * value, 1.0)
+
+
+def mixture(
+    zeta: np.ndarray, tail: np.ndarray, rare: float = Policy().rare
+) -> tuple[np.ndarray, np.ndarray]:
+    """Density of priors of which a rare part is wide: a mixture of N(0, 1) and N(0, tail²).
+
+    Args:
+        zeta: numbers by the standard deviation of the ordinary part, shape (..., d).
+        tail: standard deviation of the wide part of each, shape (d,); 1 where there is none.
+        rare: probability of the wide part.
+
+    Returns:
+        −ln of the density less ½ ln 2π, and its slope by ζ as a part of ζ, (..., d) each: the
+        precision of the normal distribution that pulls as much there.
+    """
+    near = np.log1p(-rare) - 0.5 * zeta**2
+    far = np.log(rare / tail) - 0.5 * (zeta / tail) ** 2
+    both = np.logaddexp(near, far)
+    return -both, 1 - np.exp(far - both) * (1 - tail**-2.0)
 
 
 def _at_each(function: Callable[[float], float], zeta: float | np.ndarray) -> np.ndarray:

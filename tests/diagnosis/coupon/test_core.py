@@ -13,13 +13,13 @@ from scipy.stats import multivariate_normal
 
 from dolfingrip.config import NO_CHANGE
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel, smooth_curves
-from dolfingrip.diagnosis.core import evidence
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents, places
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
-from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
+from dolfingrip.diagnosis.core.fitting import Hypotheses, MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.sampling import drawn as sampled_draws
 from dolfingrip.diagnosis.core.search import search, searched_again
-from dolfingrip.diagnosis.core.unknown import NumberReading, Unknown, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import NumberReading, Unknown, factor_of_moduli, mixture
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.effect import Prior
 
@@ -71,25 +71,31 @@ BENT = {"bent": 0.6 * X**3}
 WAVES = {"bent": 0.6 * X**3, "wave": 0.5 * np.sin(6 * X), "twin": 0.61 * X**3}
 
 
+def fitted(own: InferenceProblem, subset: Subset, *starts: np.ndarray) -> MapFit:
+    """The fit of a hypothesis without a discrepancy, from its priors' middles where not told."""
+    (fit,) = Hypotheses(own, [subset]).fits({
+        (subset, 0.0): starts or [np.zeros(len(own.unknowns(subset)))]
+    })  # fmt: skip
+    return fit
+
+
 def test_the_evidence_is_the_integral() -> None:
     """Laplace's method against quadrature over both numbers."""
     own = case(drawn(0.5 * BENT["bent"]), BENT)
-    hypothesis = CovarianceModel(own, 0.0).of(("bent",))
-    found = hypothesis.fit([np.zeros(2)]).log_evidence
+    best = fitted(own, ("bent",))
 
     def density(a: float, z: float) -> float:
         rest = own.value - own.predicted(("bent",), np.array([z, a]))
         log = -0.5 * (rest @ rest) / NOISE**2 - 0.5 * (a**2 + z**2)
         return float(np.exp(log - reference)) / (2 * np.pi)
 
-    best = hypothesis.fit([np.zeros(2)]).zeta
-    rest = own.value - own.predicted(("bent",), best)
+    rest = own.value - own.predicted(("bent",), best.zeta)
     reference = -0.5 * float(rest @ rest) / NOISE**2
     whole, _ = dblquad(density, -3, 3, -3.3, 3.3)
     constant = -len(X) * (np.log(NOISE) + 0.5 * np.log(2 * np.pi))
-    assert found == pytest.approx(np.log(whole) + reference + constant, abs=0.02)
-    sampled = hypothesis.sampled(hypothesis.fit([np.zeros(2)]), np.random.default_rng(SEED))
-    assert sampled.log_evidence == pytest.approx(found, abs=0.1)
+    assert best.log_evidence == pytest.approx(np.log(whole) + reference + constant, abs=0.02)
+    sampled = Hypotheses(own, [("bent",)]).sampled(best, np.random.default_rng(SEED))
+    assert sampled.log_evidence == pytest.approx(best.log_evidence, abs=0.1)
 
 
 def test_fits_from_many_places_at_once_are_those_from_each() -> None:
@@ -108,9 +114,8 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
     own = plain.beside([(("bent",), Tangents(np.hstack([u + 0 * at, at]), np.array(told)))])
     own = replace(own, always=(replace(factor, names=("far",)),))
     starts = [np.array(each) for each in ([0.0, 0.0], [2.0, -3.0], [-2.0, 9.0])]
-    levels = [CovarianceModel(own, level) for level in (0.0, 0.01)]
-    hypothesis = evidence.Hypotheses.under(levels, [("bent",)])
-    keys = [(subset, each.level) for subset in (("bent",), ("bent", "far")) for each in levels]
+    hypothesis = Hypotheses(own, [("bent",)])
+    keys = [(subset, level) for subset in (("bent",), ("bent", "far")) for level in (0.0, 0.01)]
     both = hypothesis.fits(dict.fromkeys(keys, starts), 1e-14)
     alone = [
         max((hypothesis.fits({key: [each]}, 1e-14)[0] for each in starts),
@@ -123,7 +128,7 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
         assert fit.log_evidence == pytest.approx(other.log_evidence, abs=1e-6)
         assert fit.strengths == pytest.approx(other.strengths, rel=1e-4)
     assert both[2].log_evidence > both[0].log_evidence + 3
-    far = levels[0].of(("bent", "far")).fit(starts)
+    far = fitted(own, ("bent", "far"), *starts)
     assert far.subset == ("bent", "far")
     assert far.log_evidence == pytest.approx(both[2].log_evidence, abs=1e-3)
 
@@ -146,9 +151,9 @@ def test_a_wider_prior_is_a_stronger_change(by: float) -> None:
     the readings are no linear function of cause and modulus together."""
     value = drawn(1.5 * BENT["bent"])
 
-    def evidence_of(strength: float) -> evidence.MapFit:
+    def evidence_of(strength: float) -> MapFit:
         own = case(value, {"bent": strength * BENT["bent"]})
-        return CovarianceModel(own, 0.0).of(("bent",)).fit([np.zeros(2)])
+        return fitted(own, ("bent",))
 
     gain = evidence_of(by).log_evidence - evidence_of(1.0).log_evidence
     assert _wider(evidence_of(1.0), np.ones(1), by) == pytest.approx(gain, abs=0.05)
@@ -323,9 +328,8 @@ def test_after_a_correction_the_fits_that_it_does_not_concern_stay(
 
 def test_a_pair_cannot_be_more_likely_than_its_columns_allow() -> None:
     own = case(drawn(1.5 * WAVES["bent"]), WAVES)
-    level = CovarianceModel(own, 0.0)
-    fit = level.of(("bent", "wave")).fit([np.zeros(3)])
-    assert level.of(("bent", "wave")).largest(0.0)[0] > fit.log_evidence
+    fit = fitted(own, ("bent", "wave"))
+    assert Hypotheses(own, [("bent", "wave")]).largest(0.0)[0] > fit.log_evidence
 
 
 def test_the_discrepancy_is_a_covariance_that_is_zero_at_rest() -> None:
@@ -366,7 +370,7 @@ def test_a_blend_goes_through_what_was_simulated() -> None:
 def test_the_evidence_of_numbers_that_are_linear_is_exact() -> None:
     """Against the normal density with their covariance: a number of the rig, and a cause."""
     own = case(drawn(1.5 * WAVES["bent"]), {"bent": WAVES["bent"]}, {"slip": WAVES["wave"]})
-    fit = CovarianceModel(own, 0.0).of(("bent",)).fit([np.zeros(3)])
+    fit = fitted(own, ("bent",))
     slope = own.slopes(("bent",), np.zeros(3))
     # the factor of all moduli is not: it is held where the fit has it
     held = own.predicted(("bent",), np.r_[fit.zeta[0], 0.0, 0.0])
@@ -387,7 +391,7 @@ def test_numbers_that_are_read_by_themselves_are_readings() -> None:
     )
     for subset, rates in ((("bent",), [1.0, 2.0]), ((), [1.0])):
         d = 1 + len(rates)
-        fit = CovarianceModel(own, 0.0).of(subset).fit([np.zeros(d)])
+        fit = fitted(own, subset)
         slope = own.slopes(subset, np.zeros(d))[:, 1:]
         held = own.predicted(subset, np.r_[fit.zeta[0], np.zeros(d - 1)])
         both = np.vstack([slope, rates])
@@ -423,11 +427,11 @@ def test_a_mixture_is_weighed_by_both_of_its_parts() -> None:
     own = case(value, BENT)
     (number,) = cause("bent")
     own = replace(own, numbers={"bent": (replace(number, low=-20.0, high=20.0, tail=4.0),)})
-    fit = CovarianceModel(own, 0.0).of(("bent",)).fit([np.zeros(2), np.array([0.0, 6.0])])
+    fit = fitted(own, ("bent",), np.zeros(2), np.array([0.0, 6.0]))
 
     def density(z: float, a: float) -> float:
         rest = own.value - own.predicted(("bent",), np.array([a, z]))
-        log = -0.5 * (rest @ rest) / NOISE**2 - evidence.mixture(np.array([z]), np.array([4.0]))[0]
+        log = -0.5 * (rest @ rest) / NOISE**2 - mixture(np.array([z]), np.array([4.0]))[0]
         return float(np.exp(log[0] - 0.5 * a**2 - best)) / (2 * np.pi)
 
     best = fit.log_evidence + len(X) * (np.log(NOISE) + 0.5 * np.log(2 * np.pi))
