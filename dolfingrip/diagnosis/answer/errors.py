@@ -91,7 +91,7 @@ def errors_of(simulation: Simulator) -> Errors:
         for test in measurement.tests
     ])  # fmt: skip
     if slack_mm.any():
-        late = slack_mm[test] * steep
+        late = -slack_mm[test] * steep  # at a travel, what is slack is pulled by less
         # half of the variance is each coupon's own, half the rig's
         individual += 0.5 * np.outer(late, late) * (test[:, None] == test)
         share = float(np.sqrt(0.5))

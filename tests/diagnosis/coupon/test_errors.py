@@ -37,7 +37,7 @@ def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: Errors
     listed = simulation.measurement.listed
     x, y = listed["control"].to_numpy(), listed["value"].to_numpy()
     (slack,) = (each for each in off.rig if each.name == SLACK)
-    steep = slack.change / slack.std
+    steep = -slack.change / slack.std  # a coupon that is slack is pulled by less
     for middle in (3.0, 8.0, 14.0):
         near = np.abs(x - middle) < 1.0
         line = np.polynomial.Polynomial.fit(x[near], y[near], 1).convert().coef
