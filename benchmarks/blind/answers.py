@@ -41,19 +41,29 @@ def configured(protocol: str) -> Config:
     return Config() if protocol in COUPONS else FINGERS[protocol].analysed()
 
 
-def diagnose(case: FrozenCase, out: Path, workers: int = 2) -> Diagnosis:
+def diagnose(
+    case: FrozenCase,
+    out: Path,
+    workers: int = 2,
+    effects: Sequence[str] | None = None,
+    folder: Path = frozen.FOLDER,
+) -> Diagnosis:
     """Diagnose a case up to its verdict.
 
     Args:
         case: which one.
         out: folder of the measurement, and of simulations, which all cases of a protocol share.
         workers: processes.
+        effects: that are tried; the whole catalogue where None.
+        folder: of the files of the case.
     """
     config = configured(case.protocol)
-    file = frozen.written(case, out / case.name)
+    file = frozen.written(case, out / case.name, folder)
     read, _ = measurement.selected(measurement.read([file], config), config)
     with staying(out / "simulations", workers, silent) as kept:
-        analysis = analyse(simulator_of(read, config, kept), unknowns(read, config))
+        analysis = analyse(
+            simulator_of(read, config, kept), unknowns(read, config, effects), effects
+        )
         return diagnosed(analysis, config)
 
 

@@ -1,10 +1,11 @@
-"""Whole cases on coupons and a short finger, from their own simulations to a verdict.
+"""Whole cases of coupons and a short finger, from a measurement to a verdict.
 
-    scripts/run python -m benchmarks.blind.ci [--out FOLDER] [--workers N] [--publish]
+    scripts/run python -m benchmarks.blind.ci [--out FOLDER] [--workers N] [--draw] [--publish]
 
-Continuous integration compares the verdicts with those of ``ci.csv`` and fails where one is worse:
-another answer, a class without the hidden cause that had it, a wider class, or one member of a tie.
-``--publish`` writes that file anew, for when they are better.
+The measurements are files, ``benchmarks/blind/frozen/ci``; ``--draw`` measures those that are not
+there yet. Continuous integration compares the verdicts with those of ``ci.csv`` and fails where one
+is worse: another answer, a class without the hidden cause that had it, a wider class, or one member
+of a tie. ``--publish`` writes that file anew, for when they are better.
 """
 
 from __future__ import annotations
@@ -12,20 +13,23 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final
 
-from benchmarks.blind.case import ARTEFACTS, Case
+from benchmarks.blind import answers, frozen
+from benchmarks.blind.case import ARTEFACTS
 from benchmarks.blind.coupons import run as coupons
 from benchmarks.blind.fingers import cases as fingers
+from benchmarks.blind.frozen import FrozenCase
 from benchmarks.blind.said import Bench
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 
 EXPECTED: Final = Path(__file__).with_name("ci.csv")
+FOLDER: Final = frozen.FOLDER / "ci"
 EFFECTS: Final = (
     "print_anisotropy", "plate_compliance", "plate_friction", "angle_offset", "force_offset",
 )  # fmt: skip
@@ -52,9 +56,28 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
 """Protocol, kind and number of cases of the development set."""
 
 
-def names() -> list[str]:
-    """Return the names of all cases."""
-    return [f"ci-{place:03d}-{protocol}" for place, (protocol, _, _) in enumerate(CASES)]
+def draw(scratch: Path) -> None:
+    """Measure the cases that are not kept as files yet.
+
+    Args:
+        scratch: folder of measurements and simulations.
+    """
+    for protocol, kind, number in CASES:
+        if f"{kind}-{number}" in {case.name for case in frozen.cases(protocol, FOLDER)}:
+            continue
+        bench: Bench[Any] = (
+            fingers.bench(protocol, scratch / protocol, 2, EFFECTS)
+            if protocol in fingers.PROTOCOLS
+            else coupons.bench(protocol, scratch / protocol)
+        )
+        case = bench.drawn("development", kind, number)
+        frozen.add(bench.frozen(case), bench.measured(case), FOLDER)
+
+
+def cases() -> list[FrozenCase]:
+    """Read the cases that are kept as files; fingers come first, as they take longest."""
+    every = [case for name in frozen.protocols(FOLDER) for case in frozen.cases(name, FOLDER)]
+    return sorted(every, key=lambda case: case.protocol not in fingers.PROTOCOLS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,62 +112,54 @@ class Answered:
         return ""
 
 
-def answered(name: str, case: Case[Any], found: Diagnosis) -> Answered:
+def answered(case: FrozenCase, found: Diagnosis) -> Answered:
     """The answer as a row."""
-    decision, outsider = found.decision, case.truth.outsider[0]
+    decision = found.decision
     sets = [each for each in (decision.first, decision.second) if each]
     artefacts = dict.fromkeys(each.nuisance.name.split()[0] for each in found.artefacts)
     # one that is told and taken out leaves nothing else
-    outside = decision.answer == ("none" if ARTEFACTS.get(outsider) in artefacts else "unknown")
+    outside = decision.answer == (
+        "none" if ARTEFACTS.get(case.outsider) in artefacts else "unknown"
+    )
     right = {"none": decision.answer == "none", "outsider": outside}.get(
         case.kind, decision.answer == "cause"
     )
     right &= len(sets) == 2 if case.kind == "two" else True
-    told = [*case.names, *filter(None, [outsider])]
     return Answered(
-        name, " + ".join(told), decision.answer,
+        f"{case.protocol} {case.name}", " + ".join([*case.hidden, *filter(None, [case.outsider])]),
+        decision.answer,
         " + ".join([*(" or ".join(sorted(each)) for each in sets), *artefacts]),
-        right and all(set(each) & {*case.names} for each in sets),
+        right and all(set(each) & {*case.hidden} for each in sets),
     )  # fmt: skip
 
 
-def run(out: Path, workers: int, cases: Sequence[tuple[str, str, int]] = CASES) -> list[Answered]:
-    """Simulate, write, diagnose: cases of one protocol after the other in one process.
+def run(out: Path, workers: int) -> list[Answered]:
+    """Diagnose all cases; those of a finger share simulations, one process after the other.
 
     Args:
         out: folder of measurements and simulations.
-        workers: processes at once, each of which takes a protocol.
-        cases: protocol, kind and number of each.
+        workers: processes at once.
 
     Returns:
-        Answers in the order of the cases.
+        Answers by the names of the cases.
     """
-    parts: dict[str, dict[str, tuple[str, int]]] = {}
-    for name, (protocol, kind, number) in zip(names(), cases, strict=False):
-        parts.setdefault(protocol, {})[name] = kind, number
-    # fingers first, as they take longest
-    order = sorted(parts, key=lambda protocol: protocol not in fingers.PROTOCOLS)
+    parts: dict[str, list[FrozenCase]] = {}
+    for case in cases():
+        alone = "" if case.protocol in fingers.PROTOCOLS else case.name
+        parts.setdefault(f"{case.protocol} {alone}", []).append(case)
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        jobs = [pool.submit(_of, protocol, parts[protocol], out, workers) for protocol in order]
-        answers = {answer.case: answer for job in jobs for answer in job.result()}
-    return [answers[name] for name in sorted(answers)]
+        jobs = [pool.submit(_of, part, out / name) for name, part in parts.items()]
+        return sorted((each for job in jobs for each in job.result()), key=lambda each: each.case)
 
 
-def _of(
-    protocol: str, cases: Mapping[str, tuple[str, int]], out: Path, workers: int
-) -> list[Answered]:
-    """Answer the cases of one protocol, by their names."""
-    folder = out / protocol
-    if protocol in fingers.PROTOCOLS:
-        bench: Bench[Any] = fingers.bench(protocol, folder, workers, EFFECTS)
-    else:
-        bench = coupons.bench(protocol, folder)
-    answers = []
-    for name, (kind, number) in cases.items():
-        case = bench.drawn("development", kind, number)
-        answers.append(answered(name, case, bench.diagnosed(case)))
-        print(f"{answers[-1]}", flush=True)
-    return answers
+def _of(part: Sequence[FrozenCase], out: Path) -> list[Answered]:
+    """Answer cases that share simulations."""
+    replies = []
+    for case in part:
+        effects = EFFECTS if case.protocol in fingers.PROTOCOLS else None
+        replies.append(answered(case, answers.diagnose(case, out, 1, effects, FOLDER)))
+        print(f"{replies[-1]}", flush=True)
+    return replies
 
 
 def expected() -> list[Answered]:
@@ -169,8 +184,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind.ci")
     parser.add_argument("--out", type=Path, default=Path("out/blind-ci"))
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--draw", action="store_true", help="cases that are not there yet")
     parser.add_argument("--publish", action="store_true", help="write ci.csv anew")
     asked = parser.parse_args()
+    if asked.draw:
+        draw(asked.out)
     found = run(asked.out, asked.workers)
     if asked.publish:
         publish(found)
