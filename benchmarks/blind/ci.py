@@ -118,10 +118,8 @@ def answered(case: FrozenCase, found: Diagnosis) -> Answered:
     sets = [each for each in (decision.first, decision.second) if each]
     artefacts = dict.fromkeys(each.nuisance.name.split()[0] for each in found.artefacts)
     # one that is told and taken out leaves nothing else
-    outside = decision.answer == (
-        "none" if ARTEFACTS.get(case.outsider) in artefacts else "unknown"
-    )
-    right = {"none": decision.answer == "none", "outsider": outside}.get(
+    outsider = "none" if ARTEFACTS.get(case.outsider) in artefacts else "unknown"
+    right = {"none": decision.answer == "none", "outsider": decision.answer == outsider}.get(
         case.kind, decision.answer == "cause"
     )
     right &= len(sets) == 2 if case.kind == "two" else True
