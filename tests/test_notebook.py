@@ -187,8 +187,12 @@ def test_a_long_table_keeps_its_beginning_and_end_in_a_console() -> None:
 
 
 def test_columns_have_the_order_of_the_file() -> None:
-    """Also where the first row lacks one."""
-    rows = [{"time_s": 0.0, "force_N": 1.0}, {"angle_deg": 2.0, "time_s": 1.0, "force_N": 3.0}]
+    """Also where the first row lacks one; a column without a value is none, as in its file."""
+    rows = [
+        {"time_s": 0.0, "force_N": 1.0, "wall_gap_mm": np.nan},
+        {"angle_deg": 2.0, "time_s": 1.0, "force_N": 3.0},
+    ]
     result = Result("bending", Config(), rows, order=("angle_deg", "pressure_kPa", "time_s"))
     assert list(result) == list(result.to_pandas()) == ["angle_deg", "time_s", "force_N"]
     np.testing.assert_array_equal(result["angle_deg"], [np.nan, 2.0])
+    np.testing.assert_array_equal(result["wall_gap_mm"], [np.nan, np.nan])
