@@ -108,5 +108,5 @@ def bend(config: Config, steps: int, ordering: str) -> dict[str, Any]:
 
 
 def _mask(mesh: SolidMesh, group: str) -> np.ndarray:
-    """(n,) whether a point is in the group."""
+    """Points (n,) of the group, True where one is in it."""
     return np.isin(np.arange(len(mesh.points)), mesh.facets[group])

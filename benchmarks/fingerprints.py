@@ -89,7 +89,7 @@ def curve(kind: str, overrides: Sequence[str]) -> dict[str, Any]:
 
 
 def change(found: dict[str, Any], base: dict[str, Any], kind: str) -> np.ndarray:
-    """(n, 2) pressure and difference from the base model, as far as both went."""
+    """Pressure and difference from the base model (n, 2), as far as both went."""
     count = min(len(found[kind]["reading"]), len(base[kind]["reading"]))
     difference = np.subtract(found[kind]["reading"][:count], base[kind]["reading"][:count])
     return np.stack([found[kind]["pressure_kPa"][:count], difference], axis=1)

@@ -17,7 +17,7 @@ MARKERS = {"S2": "^", "P2": "o", "P1": "s"}
 
 
 def growth_points(outcome: Outcome, element: str) -> list[tuple[float, float, float]]:
-    """(dofs, seconds of processor time, MB) of each mesh, by dofs."""
+    """Dofs, seconds of processor time and MB of each mesh, by dofs."""
     labels = [label for label in outcome.runs if label.split()[0] == element]
     points = [
         tuple(outcome.median(label, key) for key in ("dofs", "processor_s", "peak_MB"))

@@ -1,6 +1,6 @@
 """A law of your own: Demiray's exponential of the first invariant, in a file of your own.
 
-    dolfingrip bend --plugin examples/own_law.py --set material.law=own-law
+    dolfingrip bend --plugin examples/own_law.py -s material.law=own-law --pressure 100 --render 100
 
 The energy alone is written down (Demiray, J. Biomech. 5, 1972); stress and tangent follow.
 """

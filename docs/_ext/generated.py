@@ -1,4 +1,4 @@
-"""Writes one page for each energy, term, effect and example, and lists of keys, columns, commands.
+"""Writes pages of energies, terms, effects, examples and modules, and lists of keys and the like.
 
 The pages and their pictures go to ``docs/generated`` before Sphinx looks for sources.
 """
@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import api
 import commands
 import effects
 import energies
@@ -43,6 +44,7 @@ GROUPS = (
         "[extensions](../../extensions.md) says how.",
         effects.pages,
     ),
+    ("api", "Modules", "What is not here may change.", api.pages),
 )
 
 

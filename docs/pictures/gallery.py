@@ -1,4 +1,4 @@
-"""Processor times of the examples, and the pictures of those that draw none.
+"""Processor times of the examples.
 
     scripts/run python docs/pictures/gallery.py [NAME…]
 
@@ -38,14 +38,14 @@ def measure(example: Path) -> float:
 
 def main(names: list[str]) -> None:
     """Measure the examples that are named, or all."""
-    rows = {name: dict(row) for name, row in gallery.rows().items()}
     for example in gallery.examples():
         name = str(example.relative_to(ROOT / "examples"))
         if names and example.name not in names and name not in names:
             continue
-        row = rows.setdefault(name, {"example": name, "picture": ""})
-        row["processor_s"] = f"{measure(example):.1f}"
-        print(name, row["processor_s"], flush=True)
+        seconds = f"{measure(example):.1f}"
+        print(name, seconds, flush=True)
+        rows = {row: dict(cells) for row, cells in gallery.rows().items()}  # others write it, too
+        rows.setdefault(name, {"example": name, "picture": ""})["processor_s"] = seconds
         with gallery.TABLE.open("w", encoding="utf-8", newline="") as text:
             table = csv.DictWriter(text, ["example", "picture", "processor_s"], lineterminator="\n")
             table.writeheader()

@@ -169,7 +169,7 @@ class CouponSimulation:
         return tangents
 
     def _readings(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
-        """(places, n) readings with some effects; NaN without equilibrium.
+        """Readings (places, n) with some effects; NaN without equilibrium.
 
         Args:
             causes: effects that are not on.
@@ -186,7 +186,7 @@ class CouponSimulation:
         return self._many(values, len(zeta))
 
     def _many(self, values: Change, count: int) -> np.ndarray:
-        """(places, n) readings at values by key; arrays hold one for each place, (places, …)."""
+        """Readings (places, n) at values by key; arrays hold one for each place, (places, …)."""
         along = {key: array for key, array in values.items() if isinstance(array, np.ndarray)}
         material = {
             key for key in values
@@ -237,7 +237,7 @@ class CouponSimulation:
     def _displayed(
         self, overrides: Change, solved: Solved, moved: Mapping[str, float] = NO_CHANGE
     ) -> np.ndarray:
-        """(places, n) what the instruments show."""
+        """Readings (places, n) as instruments show them."""
         shown = [
             (group, _changed(group.config, overrides, moved).extensions.displayed(
                 {**values, TIME.name: np.array(group.in_time.time_s)}))
@@ -246,7 +246,7 @@ class CouponSimulation:
         return self._read(shown)
 
     def _read(self, solved: Solved, derivative: int = 0) -> np.ndarray:
-        """(places, n) readings, or their derivatives by the travel."""
+        """Readings (places, n), or their derivatives by the travel."""
         count = len(self.measurement.readings)
         return self.measurement.collected({
             group.tests: {

@@ -120,7 +120,7 @@ class FingerSimulation:
 
     @cached_property
     def delta(self) -> np.ndarray:
-        """(n,) what the mesh as configured and shorter steps change; 0 where no other tells it."""
+        """Change (n,) by the mesh as configured and shorter steps; 0 where no other tells it."""
         none = np.zeros(len(self.first.readings))
         return self.fine.readings - self.first.readings if self.has_coarser else none
 
@@ -131,14 +131,14 @@ class FingerSimulation:
 
     @cached_property
     def configured(self) -> np.ndarray:
-        """(n,) readings of the model as configured; NaN where it does not come so far."""
+        """Readings (n,) of the model as configured; NaN where it does not come so far."""
         if self.start is None:
             return self.base.readings
         return replace(self, start=None, graded=False).base.readings + self.delta
 
     @property
     def mesh(self) -> np.ndarray:
-        """(n,) what the mesh may get wrong, with its sign; 0 where it cannot be told.
+        """Error (n,) that the mesh may have, with its sign; 0 where it cannot be told.
 
         It is a part of what grading and shorter steps change; of a mesh that is not graded one
         bisection tells it.
@@ -263,7 +263,7 @@ class FingerSimulation:
         rates = np.array([1.0, *(float(n.coordinate(np.array(z))[1]) for n, z in point.numbers)])
 
         def shows(step: np.ndarray) -> np.ndarray:
-            """(n,) readings with the numbers a step of their coordinates, (d,), on."""
+            """Readings (n,) with the numbers a step of their coordinates (d,) on."""
             errors: list[tuple[Cause, np.ndarray]] = []
             first = 1 + len(point.own)
             for cause, zeta in point.causes:

@@ -230,9 +230,9 @@ def answer_of(request: Request, result: Result) -> Answer:
 
     wanted, rows = set(request.columns), result.rows
     columns: dict[str, np.ndarray] = {}
-    for name, values in result.columns().items():
-        if (not wanted or name in wanted) and not isinstance(values[0], str):
-            columns[name] = result.column(name)
+    for name in dict.fromkeys(name for row in rows for name in row):
+        if (not wanted or name in wanted) and (values := result[name]).dtype.kind != "U":
+            columns[name] = values
     slopes: dict[tuple[str, str], np.ndarray] = {}
     for entry in result.sensitivities:
         if not wanted or entry["column"] in wanted:

@@ -61,7 +61,7 @@ class Family:
 
     @cached_property
     def waves(self) -> Floats:
-        """(stations, splines) by which a finger's turn may differ from that of a shape."""
+        """Splines (stations, splines) by which a finger's turn may differ from that of a shape."""
         low, high = self.stations_mm[[0, -1]]
         inner = np.linspace(low, high, max(round((high - low) / KNOT_MM), 3) + 1)
         knots = np.r_[[low] * 3, inner, [high] * 3]

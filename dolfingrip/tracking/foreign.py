@@ -143,7 +143,7 @@ def _calibration(size_px: tuple[int, int], per_mm: float) -> Length:
 
 
 def _places(table: PointTable, names: Sequence[str]) -> np.ndarray:
-    """(frames, points, axes) in the file's unit; NaN where a point is lost."""
+    """Places (frames, points, axes) in the file's unit; NaN where a point is lost."""
     axes = "xyz" if (names[0], "z") in table.columns else "xy"
     places = []
     for name in names:

@@ -51,14 +51,14 @@ class TrackedPoints:
 
     @property
     def marks_px(self) -> np.ndarray:
-        """(frames, marks, 2) places of the points, and of their corners behind them."""
+        """Places (frames, marks, 2) of the points, and of their corners behind them."""
         if self.corners_px is None:
             return self.px
         return np.concatenate([self.px, self.corners_px.reshape(len(self.px), -1, 2)], axis=1)
 
     @property
     def hidden_px(self) -> np.ndarray:
-        """(frames, marks) standard deviations by what is hidden of each; a tag is seen or not."""
+        """Standard deviations (frames, marks) by what is hidden of each; a tag is seen or not."""
         hidden = HIDDEN * self.radius_px * (1 - self.seen)
         return hidden if self.corners_px is None else np.zeros(self.marks_px.shape[:2])
 

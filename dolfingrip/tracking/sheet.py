@@ -59,13 +59,13 @@ class PrintedSheet:
 
     @property
     def corner_mm(self) -> np.ndarray:
-        """(2,) place of the board's corner on the sheet, from the mark of the clamp."""
+        """Place (2,) of the board's corner on the sheet, from the mark of the clamp."""
         width = self.squares[0] * self.square_mm
         return np.array([-width / 2, -self.ring * self.square_mm - CLAMP_MM[1]])
 
     @cached_property
     def bits(self) -> np.ndarray:
-        """(rows, columns) of cells, True where they are black."""
+        """Cells (rows, columns), True where they are black."""
         rows, columns = self.squares[1] * CELLS, self.squares[0] * CELLS
         black = self.board.generateImage((columns, rows), marginSize=0, borderBits=1) < 128
         edge = self.ring * CELLS

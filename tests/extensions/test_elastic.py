@@ -102,7 +102,7 @@ def test_print_anisotropy_at_small_strain(k: float, angle_deg: float) -> None:
 
 
 def mandel(tensor: np.ndarray) -> np.ndarray:
-    """(6,) components whose dot product is the tensors' inner product."""
+    """Components (6,) whose dot product is the tensors' inner product."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor
     return np.array([xx, yy, zz, *(np.sqrt(2) * np.array([yz, xz, xy]))])
 

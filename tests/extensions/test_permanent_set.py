@@ -82,7 +82,7 @@ def test_dissipation_is_never_negative() -> None:
 
 
 def right_cauchy_green(bar: CouponModel) -> np.ndarray:
-    """(3, 3) isochoric C of the evenly stretched bar."""
+    """Isochoric C (3, 3) of the evenly stretched bar."""
     nodes = bar.model.u.function_space.tabulate_dof_coordinates()
     moved = bar.model.u.x.array.reshape(-1, 3)
     slopes = np.linalg.lstsq(np.c_[nodes, np.ones(len(nodes))], moved)[0][:3]

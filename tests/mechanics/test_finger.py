@@ -32,7 +32,7 @@ def pressurised(*, half: bool, gap_mm: float) -> FingerModel:
 
 
 def nodes_and_displacement(finger: FingerModel) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) positions and (n, 3) displacements of the nodes (mm)."""
+    """Positions and displacements of the nodes (mm), (n, 3) each."""
     u = finger.model.u
     return u.function_space.tabulate_dof_coordinates(), u.x.array.reshape(-1, 3)
 

@@ -76,11 +76,11 @@ class Incline:
         return solve.iterations
 
     def place_mm(self) -> np.ndarray:
-        """(3,) mean displacement of the base."""
+        """Mean displacement (3,) of the base."""
         return np.asarray(self.cube.displacement()[self.base].mean(axis=0))
 
     def pull_N(self) -> np.ndarray:
-        """(3,) force of friction on the cube."""
+        """Force (3,) of friction on the cube."""
         return -self.friction.forces_N(self.cube.u.x.array).sum(axis=0)
 
 

@@ -101,7 +101,7 @@ def test_inflated_cylinder(carried: bool) -> None:
 
 
 def thin_tube(degrees: float, k: float, et: float, p: float) -> np.ndarray:
-    """(2,) stretches around and along of a thin closed tube of radius 1 with two helices.
+    """Stretches (2,) around and along of a thin closed tube of radius 1 with two helices.
 
     Stationary points of k ε² + ½ Et (E_θ² + E_z²) − ½ p λ_θ² λ_z with ε = E_θ sin² α + E_z cos² α.
     """

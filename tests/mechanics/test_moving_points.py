@@ -30,7 +30,7 @@ def moving(*, back: bool, turn: float = 1.0, drift: float = 1.0, arm: float = 1.
 
 
 def places(points: MovingPoints, part: float) -> np.ndarray:
-    """(n, 3) where the shape sees the points."""
+    """Where (n, 3) the shape sees the points."""
     return np.stack([points.at(part, axis).distance for axis in AXES], axis=1)
 
 

@@ -69,7 +69,7 @@ class Jaws:
         return solve.iterations
 
     def normal_N(self) -> np.ndarray:
-        """(2,) of each jaw."""
+        """Normal force (2,) on each jaw (N)."""
         near = self.contact.near(self.model.u.x.array)
         sizes = np.abs(near.forces[:, 0])
         return np.bincount((near.arms[:, 0] > 0).astype(int), sizes, 2)

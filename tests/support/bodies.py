@@ -109,7 +109,7 @@ class Body:
 
     @property
     def nodes(self) -> np.ndarray:
-        """(n, 3) reference positions of the displacement nodes (mm)."""
+        """Reference positions (n, 3) of the displacement nodes (mm)."""
         return np.asarray(self.u.function_space.tabulate_dof_coordinates())
 
     def displace(self, values: np.ndarray) -> None:
@@ -117,7 +117,7 @@ class Body:
         self.u.x.array[:] = np.asarray(values).ravel()
 
     def displacement(self) -> np.ndarray:
-        """(n, 3) nodal displacement (mm)."""
+        """Nodal displacement (n, 3) in mm."""
         return self.u.x.array.reshape(-1, 3).copy()
 
     def nodes_in(self, region: str) -> np.ndarray:
@@ -141,7 +141,7 @@ class Body:
         return self.model.energy()
 
     def gradient(self) -> np.ndarray:
-        """(n, 3) gradient of Π (N), reactions included."""
+        """Gradient (n, 3) of Π (N), reactions included."""
         return self.model.reactions()
 
     def tangent(self) -> PETSc.Mat:

@@ -47,7 +47,7 @@ def bricks(*planes: Sequence[float]) -> SolidMesh:
 
 
 def centres(solid: SolidMesh) -> np.ndarray:
-    """(m, 3) middles of the cells (mm)."""
+    """Middles (m, 3) of the cells (mm)."""
     return np.asarray(solid.points[solid.cells].mean(axis=1))
 
 

@@ -60,7 +60,7 @@ class Delivered:
 
     @property
     def left(self) -> np.ndarray:
-        """(n,) what the fitted model leaves of the readings, by the noise."""
+        """What the fitted model leaves of the readings (n,), by the noise."""
         found = self.readings
         return ((found["value"] - found["after"]) / found["noise"]).to_numpy()
 

@@ -37,7 +37,7 @@ def pressed(lower: int, upper: int, turn_rad: float = 0.0) -> bodies.Body:
 
 
 def on_upper(blocks: bodies.Body, forces: np.ndarray) -> np.ndarray:
-    """(3,) sum over the upper cube of (n, 3) forces at the surface's nodes."""
+    """Sum (3,) over the upper cube of (n, 3) forces at the surface's nodes."""
     assert blocks.contact is not None
     surface = blocks.contact.surface
     return np.asarray(forces[is_upper(surface.rest)].sum(axis=0))

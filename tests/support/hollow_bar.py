@@ -14,14 +14,14 @@ VOLUME_MM3 = float(np.prod(HIGH_MM - LOW_MM)) - CAVITY_MM3
 
 
 def box(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(8, 3) corners of a box, and its (12, 3) triangles as seen from outside."""
+    """Corners (8, 3) of a box, and its triangles (12, 3) as seen from outside."""
     corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
     faces = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
     return corners, np.array([half for a, b, c, d in faces for half in ((a, b, c), (a, c, d))])
 
 
 def triangles() -> tuple[np.ndarray, np.ndarray]:
-    """(16, 3) points (mm), and (24, 3) triangles, as seen from outside of the solid."""
+    """Points (16, 3) in mm, and triangles (24, 3), as seen from outside of the solid."""
     outer, inner = box(LOW_MM, HIGH_MM), box(INNER_LOW_MM, INNER_HIGH_MM)
     return np.vstack([outer[0], inner[0]]), np.vstack([outer[1], 8 + inner[1][:, ::-1]])
 

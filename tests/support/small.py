@@ -54,7 +54,7 @@ def pressurise(finger: FingerModel, pressures_kPa: Iterable[float]) -> Iterable[
 
 
 def clamp_force_N(finger: FingerModel) -> np.ndarray:
-    """(3,) force of the clamp on the whole finger (N), on one rank."""
+    """Force (3,) of the clamp on the whole finger (N), on one rank."""
     space = finger.model.u.function_space
     nodes = fem.locate_dofs_topological(space, 2, finger.model.domain.facets("clamp"))
     return finger.model.domain.copies * finger.model.reactions()[nodes].sum(axis=0)

@@ -11,7 +11,7 @@ from dolfingrip.meshes.solid import SolidMesh
 
 
 def mean_displacement(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
-    """(3,) mean over the tip face's area (mm), as ``tip_x_mm`` and ``tip_z_mm`` are.
+    """Mean (3,) over the tip face's area (mm), as ``tip_x_mm`` and ``tip_z_mm`` are.
 
     Args:
         mesh: with a plane tip face, where the means are exact, of first or second order.
@@ -27,7 +27,7 @@ def mean_displacement(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
 
 
 def area_vector(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
-    """(3,) area of the deformed tip face (mm²), outwards, whose turn is ``angle_deg``.
+    """Area (3,) of the deformed tip face (mm²), outwards, whose turn is ``angle_deg``.
 
     Args:
         mesh: as of :func:`mean_displacement`.
@@ -44,7 +44,7 @@ def area_vector(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
 
 
 def _normals(mesh: SolidMesh, points: np.ndarray) -> np.ndarray:
-    """(places, facets, 3) normals of the tip's facets, as long as their area."""
+    """Normals (places, facets, 3) of the tip's facets, as long as their area."""
     facets = mesh.facets[TIP]
     at, _ = FACET_QUADRATURE[mesh.shape.facet_corners]
     gradients = cells.of_facet(facets.shape[1]).gradients(at)

@@ -43,7 +43,6 @@ def documents() -> Iterator[Path]:
     """README and all pages of the documentation."""
     yield ROOT / "README.md"
     yield from sorted((ROOT / "docs").glob("*.md"))
-    yield from sorted((ROOT / "docs" / "api").glob("*.md"))
 
 
 class Clone:

@@ -34,7 +34,7 @@ LOST = (30, "mid")
 
 
 def place_mm(name: str, clamp: bool = False) -> np.ndarray:
-    """(frames, 2) to the right and down, of an arc that bends to the right."""
+    """Places (frames, 2), to the right and down, of an arc that bends to the right."""
     along = 0.0 if clamp else ALONG_MM[name]
     curvature = BEND / 60
     small = np.where(curvature > 1e-9, curvature, 1e-9)
@@ -169,7 +169,7 @@ def write_kinovea_text(folder: Path) -> Path:
 
 
 def in_space_m(name: str) -> np.ndarray:
-    """(frames, 3) in a plane that is turned in the room."""
+    """Places (frames, 3) in a plane that is turned in the room."""
     x, y = (place_mm(name) / 1e3).T
     return np.column_stack([0.6 * x + 0.3, 1.2 - y, 0.8 * x - 0.1])
 

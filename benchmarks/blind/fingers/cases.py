@@ -93,7 +93,7 @@ class Bench:
         self.told = np.column_stack(told)
 
     def readings(self, truth: Truth) -> np.ndarray:
-        """(n,) without noise, by its standard deviation, on the mesh that strengths are of."""
+        """Readings (n,) without noise, by its standard deviation, on the mesh of strengths."""
         return finger.flat(self.coarse, finger.measured(self.coarse, truth, self.workers))
 
     def sigma(self, truth: Truth, own: str = "") -> float:

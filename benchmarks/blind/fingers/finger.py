@@ -245,7 +245,7 @@ def measured(protocol: Protocol, truth: Truth, workers: Workers) -> list[pd.Data
 
 
 def flat(protocol: Protocol, tables: list[pd.DataFrame]) -> np.ndarray:
-    """(n,) readings by the standard deviation of their noise."""
+    """Readings (n,) by the standard deviation of their noise."""
     return np.concatenate([
         table[name].to_numpy() / protocol.std(name)
         for table, names in zip(tables, protocol.columns.values(), strict=True) for name in names

@@ -249,7 +249,7 @@ class Comparison:
         return (laws[:, None] & laws) & (expected.missed <= LAW_MISSES)
 
     def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
-        """(m, m) covariance of an addition's readings by noise and by what a model may be off.
+        """Covariance (m, m) of an addition's readings by noise and by what a model may be off.
 
         The noise is the median of a channel's so far. A model may be off by a hundredth where
         nothing was measured, independent between readings, so that no tie is split by less.

@@ -57,7 +57,7 @@ class Analysis:
 
     @property
     def configured(self) -> np.ndarray:
-        """(n,) readings of the model as configured; NaN where it does not come so far."""
+        """Readings (n,) of the model as configured; NaN where it does not come so far."""
         return self.simulation.configured
 
     @property
@@ -172,7 +172,7 @@ class Analysis:
     # -- what is linear ---------------------------------------------------------------------------
 
     def fitted(self, fit: MapFit) -> np.ndarray:
-        """(n,) exact readings at a fit, with the specimens' own numbers as fitted."""
+        """Exact readings (n,) at a fit, with the specimens' own numbers as fitted."""
         exact = self.exact(fit)
         weighed = self.problem.levels[fit.level].weighed(self.problem.value - exact)
         return np.asarray(exact + self.errors.individual @ weighed)
@@ -185,7 +185,7 @@ class Analysis:
     # -- exact simulations ------------------------------------------------------------------------
 
     def exact(self, fit: MapFit) -> np.ndarray:
-        """(n,) readings at a fit's numbers; those that no simulation is of left out."""
+        """Readings (n,) at a fit's numbers; those that no simulation is of left out."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
     def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
@@ -253,7 +253,7 @@ class Analysis:
         return columns[:, 0], slopes
 
     def unfitted(self, changes: Mapping[str, np.ndarray], readings: np.ndarray) -> np.ndarray:
-        """(m, m) covariance of an addition by what no hypothesis fits so far.
+        """Covariance (m, m) of an addition by what no hypothesis fits so far.
 
         Args:
             changes: of its readings by numbers of the rig, by name, (m,) each.
@@ -382,7 +382,7 @@ def alternatives(
 
 
 def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
-    """(d,) the step of ζ that changes most by a fit's causes, one standard deviation of these.
+    """The step (d,) of ζ that changes most by a fit's causes, one standard deviation of these.
 
     Its sign is that of the change so far, (n,); the model's own numbers follow.
     """

@@ -57,7 +57,7 @@ class Errors:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """(n, n) covariance of all but the rig's numbers."""
+        """Covariance (n, n) of all but the rig's numbers."""
         return self.unfitted + self.individual
 
 

@@ -109,7 +109,7 @@ class Individual:
         return float(np.max([test.setup.nuisances["specimen_scale"] for test in tests]))
 
     def apart(self, scale: float, shape: float) -> np.ndarray:
-        """(n, n) covariance by the specimens' own stiffness and shape, relative."""
+        """Covariance (n, n) by the specimens' own stiffness and shape, relative."""
         return (scale**2 * self._stiff + shape**2 * self._shape) * self._same
 
     def likelihood(self, outside: Sequence[str] = ()) -> np.ndarray:

@@ -255,7 +255,7 @@ class Measurement:
         })  # fmt: skip
 
     def collected(self, rows: Rows, missing: float = np.nan) -> np.ndarray:
-        """(n,) single readings by those at the rows.
+        """Single readings (n,) by those at the rows.
 
         Args:
             rows: of some tests.
@@ -308,7 +308,7 @@ def largest(values: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:
-    """(n,) whether single readings are proportional to the modulus: coupons' forces are.
+    """Single readings (n,) that are proportional to the modulus: coupons' forces.
 
     How far a coupon narrows depends neither on its modulus nor on its cross-section.
     """

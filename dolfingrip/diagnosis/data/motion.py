@@ -112,7 +112,7 @@ def motion(
 
 
 def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:
-    """(legs,) Place of the control that moves farthest along each leg, from the row before it on.
+    """Place (legs,) of the control that moves farthest along each leg, from the row before it on.
 
     Args:
         values: (controls, n) at each row.
@@ -128,7 +128,7 @@ def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:
 def _legs(
     value: np.ndarray, time_s: np.ndarray, sigma: float, policy: Policy, *, several: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) Branch of each row by one control, or one of several, and whether a leg begins there."""
+    """Branch (n,) of each row by one control, or one of several, and whether a leg begins there."""
     noise = _noise(value, sigma, policy)
     change = _change(value, noise, policy)
     within = max(policy.gauge * _size(value), policy.rests * noise)
@@ -162,7 +162,7 @@ def _groups(value: np.ndarray, change: float) -> list[slice]:
 def _resting(
     value: np.ndarray, time_s: np.ndarray, change: float, within: float, longer: float
 ) -> np.ndarray:
-    """(n,) Rows that belong to a wait, of which each is ``within`` of the others' middle.
+    """Rows (n,) that belong to a wait, of which each is ``within`` of the others' middle.
 
     A ramp takes less than a wait for ``longer`` changes.
     """
@@ -196,7 +196,7 @@ def _resting(
 
 
 def _rising(value: np.ndarray, change: float) -> np.ndarray:
-    """(n,) Whether the control last moved upwards; a turn is a way back by more than a change."""
+    """Rows (n,) before which the control moved upwards; a turn is a way back by over a change."""
     up = np.zeros(len(value), dtype=bool)
     start, rises = 0, bool(value[0] >= -change)
     extreme, at = value[0], 0

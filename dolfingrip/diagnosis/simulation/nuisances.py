@@ -152,7 +152,7 @@ def told_of(cls: type[Effect], test: SpecimenTest) -> Mapping[str, float]:
 
 
 def displayed(measurement: Measurement, rows: Rows, configs: Mapping[int, Config]) -> np.ndarray:
-    """(n,) readings as instruments show them.
+    """Readings (n,) as instruments show them.
 
     Args:
         measurement: with the rows.

@@ -203,7 +203,7 @@ class SimulatedGroup:
         return self.result.failure or ""
 
     def change(self, amounts: Mapping[str, float]) -> Mapping[str, np.ndarray]:
-        """(reached,) change of the readings by column, by derivatives.
+        """Change (reached,) of the readings by column, by derivatives.
 
         Args:
             amounts: that parameters change by; those that nothing is derived by change nothing.
@@ -214,7 +214,7 @@ class SimulatedGroup:
         return change
 
     def force(self, name: str) -> np.ndarray | None:
-        """(reached,) force that begins to act where a finger touches; None of other readings.
+        """Force (reached,) that begins to act where a finger touches; None of other readings.
 
         Args:
             name: of the column that is read.
@@ -266,7 +266,7 @@ class SimulatedReadings:
 
     @cached_property
     def slopes(self) -> Mapping[str, np.ndarray]:
-        """(n,) derivative by each parameter that is felt, for each unit of it.
+        """Derivative (n,) by each parameter that is felt, for each unit of it.
 
         Entries of a list are numbered, as in ``extensions.prony.g[0]``.
         """

@@ -66,7 +66,7 @@ class StopInterpolant:
         derivative: int = 0,
         force: np.ndarray | None = None,
     ) -> np.ndarray:
-        """(rows, stops) weights with the first ``reached`` stops of the simulation.
+        """Weights (rows, stops) with the first ``reached`` stops of the simulation.
 
         Args:
             reached: number of stops that there are readings of; the rest have no weight.
@@ -120,7 +120,7 @@ class StopInterpolant:
 
 
 def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
-    """(where, at) weights of values by those at some places, or of a derivative.
+    """Weights (where, at) of values by those at some places, or of a derivative.
 
     Args:
         at: places, shape (at,); of three the spline is a parabola.

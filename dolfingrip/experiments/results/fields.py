@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from dolfinx import fem, plot
+from dolfinx.fem.petsc import interpolation_matrix
 
 from dolfingrip.files import whole
 from dolfingrip.mechanics.model.domain import on_root
@@ -25,9 +25,12 @@ COLLECTION = """<?xml version="1.0"?>
 
 PIECE = f"""<VTKFile type="UnstructuredGrid" version="2.2" header_type="UInt64" \
 byte_order="{sys.byteorder.title()}Endian"><UnstructuredGrid>
-{{}}</PointData></Piece></UnstructuredGrid></VTKFile>
-"""
+<Piece NumberOfPoints="{{}}" NumberOfCells="{{}}">
+{{}}</Piece></UnstructuredGrid>
+<AppendedData encoding="raw">_"""
 """Readers turn two edges of Lagrange hexahedra in files of versions before 2.1."""
+
+PIECE_END = b"\n</AppendedData></VTKFile>\n"
 
 STEP = """<VTKFile type="PUnstructuredGrid" version="2.2"><PUnstructuredGrid GhostLevel="0">
 <PPoints><PDataArray type="Float64" Name="Points" NumberOfComponents="3"/></PPoints>
@@ -36,7 +39,7 @@ STEP = """<VTKFile type="PUnstructuredGrid" version="2.2"><PUnstructuredGrid Gho
 {}</PUnstructuredGrid></VTKFile>
 """
 
-TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
+TYPES = {"float64": "Float64", "int32": "Int32", "uint8": "UInt8"}
 """VTK's names of numpy's types."""
 
 
@@ -44,7 +47,7 @@ class FieldFile:
     """``fields.pvd`` with the displacement and all of ``channels.FIELDS`` at each step.
 
     They are Lagrange functions of the displacement's order, so the displacement is exact. Arrays
-    are binary, in base64; each rank writes its cells.
+    are binary, appended to the XML; each rank writes its cells.
 
     Args:
         model: of the specimen.
@@ -67,7 +70,9 @@ class FieldFile:
             nodal_fields.ContactPressure(model, nodes),
             nodal_fields.CavityPressure(pressures, model, nodes),
         )
-        self._shown = fem.Function(vector)
+        self._to_nodes = interpolation_matrix(space, vector)
+        self._to_nodes.assemble()
+        self._moved = fem.Function(vector)
         self._mesh = _mesh(scalar)
         self._steps: list[str] = []
 
@@ -77,16 +82,17 @@ class FieldFile:
         Raises:
             WriteError: on all ranks, if one of them could not write its part.
         """
-        self._shown.interpolate(self._model.u)
-        fields = {self._model.u.name: self._shown.x.array.reshape(-1, 3)}
+        self._to_nodes.mult(self._model.u.x.petsc_vec, self._moved.x.petsc_vec)
+        self._moved.x.scatter_forward()
+        fields = {self._model.u.name: self._moved.x.array.reshape(-1, 3)}
         for computed in self._computed:
             fields |= computed.values()
         comm, stem, number = self._model.comm, self._path.stem, f"{len(self._steps):06d}"
         pieces = [f"{stem}_p{rank}_{number}.vtu" for rank in range(comm.size)]
         failure = None
         try:
-            arrays = "".join(_array(name, values) for name, values in fields.items())
-            whole.write(self._path.with_name(pieces[comm.rank]), PIECE.format(self._mesh + arrays))
+            piece = _piece({**self._mesh, "PointData": fields})
+            whole.write(self._path.with_name(pieces[comm.rank]), piece)
         except whole.WriteError as error:
             failure = error
         for problem in comm.allgather(failure):  # the other ranks would wait for one that ends
@@ -104,27 +110,32 @@ class FieldFile:
         on_root(comm, lambda: whole.write_together(files))
 
 
-def _mesh(space: fem.FunctionSpace) -> str:
-    """Nodes and cells of this rank, up to the beginning of the fields."""
+def _mesh(space: fem.FunctionSpace) -> dict[str, dict[str, np.ndarray]]:
+    """Nodes and cells of this rank, by the sections of VTK's XML and the names of its arrays."""
     cells, kinds, points = plot.vtk_mesh(space)
     nodes = space.dofmap.dof_layout.num_dofs
-    connectivity = cells.reshape(-1, nodes + 1)[:, 1:].astype(np.int64)
-    ends = np.arange(1, len(kinds) + 1, dtype=np.int64) * nodes
-    return (
-        f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(kinds)}">\n'
-        f"<Points>\n{_array('Points', points)}</Points>\n"
-        f"<Cells>\n{_array('connectivity', connectivity.ravel())}{_array('offsets', ends)}"
-        f"{_array('types', kinds.astype(np.uint8))}</Cells>\n<PointData>\n"
-    )
+    connectivity = cells.reshape(-1, nodes + 1)[:, 1:].astype(np.int32)
+    ends = np.arange(1, len(kinds) + 1, dtype=np.int32) * nodes
+    arrays = {"connectivity": connectivity.ravel(), "offsets": ends, "types": kinds.astype("u1")}
+    return {"Points": {"Points": points}, "Cells": arrays}
+
+
+def _piece(sections: Mapping[str, Mapping[str, np.ndarray]]) -> bytes:
+    """The file of one rank: each section declares its arrays, whose bytes come at the end."""
+    declared, blocks, offset = "", [], 0
+    for section, arrays in sections.items():
+        declared += f"<{section}>\n"
+        for name, values in arrays.items():
+            how = f'format="appended" offset="{offset}"'
+            declared += f"<DataArray {_declared(name, values)} {how}/>\n"
+            blocks += [np.uint64(values.nbytes).tobytes(), values.tobytes()]
+            offset += 8 + values.nbytes
+        declared += f"</{section}>\n"
+    counts = len(sections["Points"]["Points"]), len(sections["Cells"]["types"])
+    return b"".join([PIECE.format(*counts, declared).encode(), *blocks, PIECE_END])
 
 
 def _declared(name: str, values: np.ndarray) -> str:
     """Name, type and entries of an array, as VTK's XML declares it."""
     entries = 1 if values.ndim == 1 else values.shape[1]
     return f'type="{TYPES[values.dtype.name]}" Name="{name}" NumberOfComponents="{entries}"'
-
-
-def _array(name: str, values: np.ndarray) -> str:
-    """An array as VTK's XML has it: the number of its bytes and the bytes, in base64."""
-    content = base64.b64encode(np.uint64(values.nbytes).tobytes() + values.tobytes()).decode()
-    return f'<DataArray {_declared(name, values)} format="binary">{content}</DataArray>\n'

@@ -75,12 +75,11 @@ class Readings:
         Raises:
             ConfigError: one line with the columns there are, if no row has this one.
         """
-        columns = self.columns()
-        if self.rows and name not in columns:
+        if self.rows and name not in self:
             raise ConfigError(
-                f"column {name}: not in a result of {self.kind}; allowed: {', '.join(columns)}"
+                f"column {name}: not in a result of {self.kind}; allowed: {', '.join(self)}"
             )
-        values = columns.get(name, [])
+        values = [row.get(name) for row in self.rows]
         texts = any(isinstance(value, str) for value in values)
         return np.array(values, dtype=np.str_ if texts else float)
 
@@ -102,13 +101,14 @@ class Readings:
         return values
 
     def columns(self) -> dict[str, list[Any]]:
-        """The table by column, in the order of its file."""
-        present = dict.fromkeys(name for row in self.rows for name in row)
+        """The table by column, in the order of its file; columns without a value are left out."""
+        items = (item for row in self.rows for item in row.items())
+        present = dict.fromkeys(name for name, v in items if v is not None and v == v)
         names = dict.fromkeys([*(name for name in self.order if name in present), *present])
         return {name: [row.get(name) for row in self.rows] for name in names}
 
     def to_pandas(self) -> pd.DataFrame:
-        """The table as a data frame of pandas; each column's name ends in its unit."""
+        """The table as a data frame of pandas: :meth:`columns`, whose names end in their units."""
         import pandas as pd
 
         return pd.DataFrame(self.columns())

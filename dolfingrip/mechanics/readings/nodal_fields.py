@@ -35,7 +35,7 @@ class Nodes:
         points: (n, 3) reference coordinates of an element's nodes.
         cells: this rank's cells.
         dofs: (cells, n) this rank's nodes of each of its cells.
-        shared: number of cells that share each node, in the shape that :meth:`sums` returns.
+        shared: (nodes,) number of cells that share each of this rank's nodes.
     """
 
     def __init__(self, space: fem.FunctionSpace) -> None:
@@ -43,34 +43,31 @@ class Nodes:
         self.points = space.element.basix_element.points
         self.cells = np.arange(space.mesh.topology.index_map(3).size_local, dtype=np.int32)
         self.dofs = space.dofmap.list[self.cells]
-        self._summed = fem.Function(space)
-        block = space.dofmap.index_map_bs
-        self._shape = (-1,) if block == 1 else (-1, block)
-        count = self.dofs.size
+        self._map = space.dofmap.index_map
+        nodes, count = self._map.size_local + self._map.num_ghosts, self.dofs.size
         places = self.dofs.ravel(), np.arange(count)
-        self._adds = csr_array(
-            (np.ones(count), places), (len(self._summed.x.array) // block, count)
-        )
-        self.shared = self.sums(np.ones(self.dofs.shape + self._shape[1:]))
+        self._adds = csr_array((np.ones(count), places), (nodes, count))
+        self.shared = self.sums(np.ones(self.dofs.shape))
 
     def sums(self, values: np.ndarray) -> np.ndarray:
         """Sums at this rank's nodes, over all ranks, of values at the nodes of each cell.
 
         Args:
-            values: (cells, n), or (cells, n, 3) in a space of vectors.
+            values: (cells, n, …).
 
         Returns:
-            (nodes,) or (nodes, 3).
+            (nodes, …).
         """
-        target = self._summed.x
-        target.array[:] = (self._adds @ values.reshape(self.dofs.size, *self._shape[1:])).ravel()
-        target.scatter_reverse(la.InsertMode.add)
-        target.scatter_forward()
-        return target.array.reshape(self._shape).copy()
+        columns = values.reshape(self.dofs.size, -1)
+        summed = la.vector(self._map, columns.shape[1])
+        summed.array[:] = (self._adds @ columns).ravel()
+        summed.scatter_reverse(la.InsertMode.add)
+        summed.scatter_forward()
+        return summed.array.reshape(-1, *values.shape[2:])
 
     def means(self, values: np.ndarray) -> np.ndarray:
         """Means over the cells that share a node; shapes are those of :meth:`sums`."""
-        return np.asarray(self.sums(values) / self.shared)
+        return np.asarray((self.sums(values).T / self.shared).T)
 
 
 class NodalFields(ABC):
@@ -119,27 +116,24 @@ class Stress(NodalFields):
         self._parts = []
         for part in potential.solids:
             rule, cells = part.rule or potential.degree, part.cells
-            at = [AtPoints(expr, mesh, rule, cells) for expr in (f, part.stress, part.density)]
+            cauchy = f * part.stress * f.T / ufl.det(f)
+            entries = [cauchy[i, j] for i, j in zip(*SIX, strict=True)]
+            at = AtPoints(ufl.as_vector([*entries, part.density]), mesh, rule, cells)
             carry = to_nodes(mesh.basix_cell(), rule, nodes.points)
             self._parts.append((at, carry, nodes.cells if cells is None else cells))
 
     def values(self) -> Mapping[str, np.ndarray]:
-        shape = self._nodes.dofs.shape
-        stress: np.ndarray = np.zeros((*shape, 6))
-        energy: np.ndarray = np.zeros(shape)
-        for (gradient, second, density), carry, cells in self._parts:
-            f, s = (at.values().reshape(len(cells), -1, 3, 3) for at in (gradient, second))
-            cauchy = f @ s @ f.swapaxes(-1, -2) / np.linalg.det(f)[..., None, None]
-            stress[cells] += carry @ cauchy[(..., *SIX)]
-            energy[cells] += density.values() @ carry.T
-        six = np.stack([self._nodes.means(stress[..., i]) for i in range(6)], axis=-1)
-        tensor = np.empty((len(six), 3, 3))
-        tensor[(..., *SIX)] = tensor[(..., *SIX[::-1])] = six
+        seven: np.ndarray = np.zeros((*self._nodes.dofs.shape, 7))
+        for at, carry, cells in self._parts:
+            seven[cells] += carry @ at.values().reshape(len(cells), -1, 7)
+        *six, energy = self._nodes.means(seven).T
+        tensor = np.empty((len(energy), 3, 3))
+        tensor[(..., *SIX)] = tensor[(..., *SIX[::-1])] = np.transpose(six)
         deviator = tensor - np.trace(tensor, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         return {
             MISES.array: np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))),
             STRESS.array: largest_eigenvalue(tensor),
-            ENERGY.array: np.maximum(self._nodes.means(energy), 0.0),
+            ENERGY.array: np.maximum(energy, 0.0),
         }
 
 
@@ -185,7 +179,7 @@ class ContactPressure(NodalFields):
         owned = gradient.at_nodes
         forces.x.array[: owned.size] = owned.ravel()
         forces.x.scatter_forward()
-        alone = forces.x.array.reshape(-1, 3) / nodes.shared
+        alone = forces.x.array.reshape(-1, 3) / nodes.shared[:, None]
         force = self._corners.sums(self._share.T @ alone[nodes.dofs])
         areas = fem.assemble_vector(self._areas)
         areas.scatter_reverse(la.InsertMode.add)
