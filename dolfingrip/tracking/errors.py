@@ -125,15 +125,15 @@ def _change(body: Body, draw: Mapping[str, np.ndarray], seen: np.ndarray) -> np.
 
     Points are told by where they seemed to rest, so those are followed in what it tells.
     """
-    told = {name: draw[name][seen] for name in body.compared}
+    other = {name: draw[name][seen] for name in body.compared}
     if body.from_clamp and not body.on_back:
         names = [[marker(i, axis).name for axis in "xz"] for i in range(1, len(body.rest_mm) + 1)]
         here, there = (
             np.array([[of[name] for name in pair] for pair in names]).transpose(2, 0, 1)
-            for of in ({name: body.readings[name][seen] for name in body.compared}, told)
+            for of in ({name: body.readings[name][seen] for name in body.compared}, other)
         )
         places = carried(there, there[0], here[0] - there[0])
-        told |= {
+        other |= {
             name: places[:, i, k] for i, pair in enumerate(names) for k, name in enumerate(pair)
         }
-    return np.concatenate([told[name] - body.readings[name][seen] for name in body.compared])
+    return np.concatenate([other[name] - body.readings[name][seen] for name in body.compared])

@@ -186,9 +186,9 @@ class Follower:
                     if number not in chain.numbers:
                         ahead = arms[number] if i else chain.heading
                         bend = turns[number] / span if i else 0.0
-                        found = (*chain.numbers, int(number))
+                        longer = (*chain.numbers, int(number))
                         total = chain.cost + cost[number]
-                        grown.append(_Chain(total, found, places[number], ahead, bend))
+                        grown.append(_Chain(total, longer, places[number], ahead, bend))
                 turn = chain.curvature * span
                 turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
                 ahead = turned @ chain.heading

@@ -117,9 +117,9 @@ def doubtful(watched: Watched) -> dict[int, str]:
     lost = np.isnan(points.px[..., 0])
     partly = (points.seen > 0) & (points.seen < dots.POLICY.part_seen)
     number: dict[int, str] = {}
-    for finger, own in enumerate(watched.fingers, 1):
+    for finger, members in enumerate(watched.fingers, 1):
         of_finger = f" of finger {finger}" if len(watched.fingers) > 1 else ""
-        number |= {int(point): f"{place}{of_finger}" for place, point in enumerate(own, 1)}
+        number |= {int(point): f"{place}{of_finger}" for place, point in enumerate(members, 1)}
     reasons = {}
     kinds = {"points lost": lost, "points partly hidden": partly}
     for i in np.argsort(-(10 * lost.sum(axis=1) + partly.sum(axis=1)), kind="stable"):
