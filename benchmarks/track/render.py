@@ -56,6 +56,8 @@ class Scene:
         light: whether a light shows in both.
         event: part of the time between frames at which it goes on.
         seed: of noise and places.
+        stops: of the rising pressure, which is held at each; 0: a ramp up and down.
+        gauge_kPa: noise of the logged pressure.
     """
 
     finger: str = "plain"
@@ -89,6 +91,8 @@ class Scene:
     light: bool = True
     event: float = 0.37
     seed: int = 0
+    stops: int = 0
+    gauge_kPa: float = 0.2
     extra: dict[str, Any] = field(default_factory=dict)
 
 
@@ -102,10 +106,19 @@ AHEAD_MM: Final = 1.2
 """Points before the finger's side: the heads of pins."""
 
 
-def pressure_kPa(time_s: np.ndarray, most_kPa: float, seconds: float) -> np.ndarray:
-    """A rest, a ramp up, a wait, a ramp down, a rest: in times of the video."""
-    at = seconds * np.array([0.0, 0.1, 0.55, 0.65, 0.95, 1.0])
-    return np.interp(time_s, at, most_kPa * np.array([0, 0, 1, 1, 0, 0]))
+def pressure_kPa(time_s: np.ndarray, most_kPa: float, scene: Scene) -> np.ndarray:
+    """A rest, a ramp up, a wait, a ramp down, a rest, or stops: in times of the video.
+
+    Args:
+        time_s: since the first frame.
+        most_kPa: the largest pressure.
+        scene: whose video it is.
+    """
+    at, levels = np.array([0.0, 0.1, 0.55, 0.65, 0.95, 1.0]), np.array([0, 0, 1, 1, 0, 0])
+    if scene.stops:
+        at = np.arange(2 * scene.stops + 2) / 2 + np.tile([0.0, 0.25], scene.stops + 1)
+        at, levels = at / at[-1], np.repeat(np.linspace(0, 1, scene.stops + 1), 2)
+    return np.interp(time_s, scene.seconds * at, most_kPa * levels)
 
 
 class Stage:
@@ -511,10 +524,10 @@ def render(scene: Scene, shapes: Shapes, stem: Path) -> dict[str, np.ndarray]:
     stem.parent.mkdir(parents=True, exist_ok=True)
     with _encoded(stem.with_suffix(".mp4"), scene) as add:
         for t in time_s:
-            p = pressure_kPa(t + exposures - scene.lag_s, most, scene.seconds)
+            p = pressure_kPa(t + exposures - scene.lag_s, most, scene)
             add(stage.frame(shapes.at(p), float(t >= event_s)))
     stage.plotter.close()
-    skins = shapes.at(pressure_kPa(time_s - scene.lag_s, most, scene.seconds))
+    skins = shapes.at(pressure_kPa(time_s - scene.lag_s, most, scene))
     marks, turns = stage.marks(skins)
     places, angles, seen = [], [], []
     for c, shift in enumerate(stage.copies()):
@@ -524,7 +537,7 @@ def render(scene: Scene, shapes: Shapes, stem: Path) -> dict[str, np.ndarray]:
         seen.append(stage.project(world))
     log_s = np.arange(-1.0, scene.seconds + 1.0, 0.01)
     own = np.random.default_rng(scene.seed + 1)
-    logged = pressure_kPa(log_s, most, scene.seconds) + own.normal(0, 0.2, len(log_s))
+    logged = pressure_kPa(log_s, most, scene) + own.normal(0, scene.gauge_kPa, len(log_s))
     lines = ["time_s,pressure_kPa,light"]
     first = log_s[0] + scene.shift_s
     lines += [
@@ -535,7 +548,7 @@ def render(scene: Scene, shapes: Shapes, stem: Path) -> dict[str, np.ndarray]:
     truth = {
         "time_s": time_s, "marks_mm": np.array(places),
         "turns": np.array(angles), "marks_px": np.array(seen),
-        "pressure_kPa": pressure_kPa(time_s, most, scene.seconds), "light_px": stage.light_px,
+        "pressure_kPa": pressure_kPa(time_s, most, scene), "light_px": stage.light_px,
         "first_s": np.array(first),
         "scale_px": stage.project(
             np.array([[10.0, stage.sheet_y, 5.0], [10.0, stage.sheet_y, 5.0 + LENGTH_MM]])

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from dolfingrip.config import load
+from dolfingrip.config import Config, load
 from dolfingrip.experiments.loop import run
 from dolfingrip.report.fields import list_steps, load_result, read_steps
 from dolfingrip.report.skin import extract_skin
@@ -101,17 +101,18 @@ class Shapes:
         return np.array(found), np.array(weights)
 
 
-def shapes(name: str, out: Path) -> Shapes:
+def shapes(name: str, out: Path, config: Config | None = None) -> Shapes:
     """The shapes of a finger, from a file that is made where it is missing.
 
     Args:
-        name: key of :data:`FINGERS`.
+        name: of the file.
         out: folder of the runs.
+        config: of the finger; None: that of a name in :data:`FINGERS`.
     """
     file = out / f"{name}.npz"
     if not file.exists():
         folder = out / name
-        run("bending", load(overrides={**SMALL, **FINGERS[name]}), out=folder)
+        run("bending", config or load(overrides={**SMALL, **FINGERS[name]}), out=folder)
         table = load_result(folder / "fields.pvd", None)
         mesh, moves, _ = read_steps(list_steps(folder / "fields.pvd"))
         skin = extract_skin(mesh)

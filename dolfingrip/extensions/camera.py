@@ -88,10 +88,7 @@ class CameraError(Effect):
     def _followed(
         self, numbers: Sequence[int], true: Mapping[str, np.ndarray], camera: Camera
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Places (rows, n, 2) of the points that are followed, and those at rest (n, 2).
-
-        Near a marker a point moves with the line through all markers, and stays square to it.
-        """
+        """Places (rows, n, 2) of the points that are followed, and those at rest (n, 2)."""
         now = np.stack(
             [np.stack([true[marker(i, axis).name] for axis in "xz"], axis=1) for i in numbers],
             axis=1,
@@ -104,15 +101,8 @@ class CameraError(Effect):
             resting += seen_at_rest - self.shown_mm(resting, camera)
         if len(numbers) < 2:
             return now, resting
-        steps = np.linalg.norm(np.diff(seen_at_rest, axis=0), axis=1)
-        way = np.r_[0.0, np.cumsum(steps)]
-        before = CubicSpline(way, seen_at_rest)(way, 1)
-        before /= np.linalg.norm(before, axis=1)[:, None]
-        off, solved = resting - seen_at_rest, np.isfinite(now).all(axis=(1, 2))
-        line = CubicSpline(way, now[solved], axis=1)
-        there = way + (off * before).sum(axis=1)
-        by_across = (off * _across(before)).sum(axis=1)
-        now[solved] = line(there) + by_across[:, None] * _across(line(there, 1))
+        solved = np.isfinite(now).all(axis=(1, 2))
+        now[solved] = carried(now[solved], seen_at_rest, resting - seen_at_rest)
         return now, resting
 
     def _angle(
@@ -127,6 +117,26 @@ class CameraError(Effect):
         )
         turned = np.degrees(np.arctan2(-now[:, 0], now[:, 1]) - np.arctan2(-before[0], before[1]))
         return np.asarray(turned + 360 * np.round((angle_deg - turned) / 360))
+
+
+def carried(now_mm: np.ndarray, at_rest_mm: np.ndarray, off_mm: np.ndarray) -> np.ndarray:
+    """Return places (rows, n, 2) of points of a body near markers of it.
+
+    Such a point moves with the line through all markers, and stays square to it.
+
+    Args:
+        now_mm: (rows, n, 2) places of the markers, at least two.
+        at_rest_mm: (n, 2) those at rest.
+        off_mm: (n, 2) from each marker at rest to the point.
+    """
+    steps = np.linalg.norm(np.diff(at_rest_mm, axis=0), axis=1)
+    way = np.r_[0.0, np.cumsum(steps)]
+    before = CubicSpline(way, at_rest_mm)(way, 1)
+    before /= np.linalg.norm(before, axis=1)[:, None]
+    line = CubicSpline(way, now_mm, axis=1)
+    there = way + (off_mm * before).sum(axis=1)
+    by_across = (off_mm * _across(before)).sum(axis=1)
+    return np.asarray(line(there) + by_across[:, None] * _across(line(there, 1)))
 
 
 def _across(along: np.ndarray) -> np.ndarray:

@@ -38,7 +38,8 @@ class DotPolicy:
         contrasts: distances from the ordinary colour that are tried, in units of chroma.
         least_px: smallest area.
         most_part: largest area, as a part of the frame.
-        round: smallest area by that of the convex hull, and by that of a circle of the perimeter.
+        round: smallest area by that of the convex hull, and of this by that of a circle of its
+            perimeter.
         alike: largest factor between the areas of dots.
         least_share: of a dot's colour that a pixel within it has.
         part_seen: share of a dot's area below which it is partly hidden.
@@ -282,8 +283,9 @@ def _round(mask: np.ndarray, along: np.ndarray) -> list[np.ndarray]:
 
     blobs = []
     for outline in _outlines(mask, POLICY.least_px, POLICY.most_part * mask.size):
-        area, hull = cv2.contourArea(outline), cv2.contourArea(cv2.convexHull(outline))
-        round_ = 4 * np.pi * area / max(cv2.arcLength(outline, True), 1) ** 2
+        around = cv2.convexHull(outline)  # glare at the edge of a dot makes a notch
+        area, hull = cv2.contourArea(outline), cv2.contourArea(around)
+        round_ = 4 * np.pi * hull / max(cv2.arcLength(around, True), 1) ** 2
         (u, v), sides, _ = cv2.minAreaRect(outline)
         if area < POLICY.round * hull or round_ < POLICY.round or max(sides) > 2 * min(sides):
             continue

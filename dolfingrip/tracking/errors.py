@@ -8,8 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, TIME
+from dolfingrip.channels import ANGLE, TIME, marker
 from dolfingrip.clock import Clock
+from dolfingrip.extensions.camera import carried
 from dolfingrip.extensions.effect import Displaying
 from dolfingrip.extensions.index import camera_errors
 from dolfingrip.sections.fixture import Camera
@@ -22,6 +23,10 @@ CLAMP_PX: Final = 1.0
 """Standard deviation of where a person points at the clamp, each way."""
 MARK_MM: Final = 0.5
 """Standard deviation of a finger's back from the mark of the sheet, each way."""
+
+SLOW_PX: Final = 0.07
+"""Standard deviation of a place that changes slowly, with what is beside a mark as it moves; no
+single frame shows it. It is 0.02 to 0.2 px in videos of dots of ``benchmarks/track``."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
         calibration: of its camera.
         clock: that brought a log to the video; None: without a log.
     """
-    camera, stds = Camera(), dict[str, float]()
+    camera, stds, slow_mm = Camera(), dict[str, float](), 0.0
     stds["camera_tilt_deg"] = calibration.axis_std_deg if calibration.has_sheet else AIMED_DEG
     if ANGLE.name in body.compared:
         stds["camera_zero_deg"] = rms(body.noise[ANGLE.name])
@@ -60,6 +65,7 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
     if body.from_clamp:
         middle_px = (np.array(calibration.size_px) - 1) / 2
         mm_per_px, stds["camera_scale"] = calibration.square.scale(middle_px)
+        slow_mm = SLOW_PX * mm_per_px
         stds["camera_zero_mm"] = MARK_MM if calibration.has_sheet else CLAMP_PX * mm_per_px
 
         def places(px: np.ndarray) -> tuple[tuple[float, float], ...]:
@@ -74,7 +80,11 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
             "centre_mm": places(middle_px[None])[0],
             "scale_mm": None if ends_px is None else places(ends_px),
         })  # fmt: skip
-    return SharedErrors(camera, stds, _left(body, camera, stds))
+    left = _left(body, camera, stds)
+    left |= {
+        name: float(np.hypot(std, slow_mm)) for name, std in left.items() if name != ANGLE.name
+    }
+    return SharedErrors(camera, stds, left)
 
 
 def rms(values: np.ndarray) -> float:
@@ -103,11 +113,27 @@ def _left(body: Body, camera: Camera, stds: Mapping[str, float]) -> dict[str, fl
                 assert isinstance(off, Displaying)
                 shown = true | dict(off.reading(true, camera))
                 columns.append(np.concatenate([shown[name] - true[name] for name in body.compared]))
-    changes = np.array([
-        np.concatenate([(draw[name] - body.readings[name])[seen] for name in body.compared])
-        for draw in body.draws
-    ]).T  # fmt: skip
+    changes = np.array([_change(body, draw, seen) for draw in body.draws]).T
     weights, *_ = np.linalg.lstsq(np.array(columns).T, changes, rcond=1e-6)
     left = changes - np.array(columns).T @ weights
     parts = np.split(left, len(body.compared))
     return {name: rms(part) for name, part in zip(body.compared, parts, strict=True)}
+
+
+def _change(body: Body, draw: Mapping[str, np.ndarray], seen: np.ndarray) -> np.ndarray:
+    """Differences (columns · rows,) of what another camera tells of the same points of the body.
+
+    Points are told by where they seemed to rest, so those are followed in what it tells.
+    """
+    other = {name: draw[name][seen] for name in body.compared}
+    if body.from_clamp and not body.on_back:
+        names = [[marker(i, axis).name for axis in "xz"] for i in range(1, len(body.rest_mm) + 1)]
+        here, there = (
+            np.array([[of[name] for name in pair] for pair in names]).transpose(2, 0, 1)
+            for of in ({name: body.readings[name][seen] for name in body.compared}, other)
+        )
+        places = carried(there, there[0], here[0] - there[0])
+        other |= {
+            name: places[:, i, k] for i, pair in enumerate(names) for k, name in enumerate(pair)
+        }
+    return np.concatenate([other[name] - body.readings[name][seen] for name in body.compared])

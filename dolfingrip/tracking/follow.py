@@ -25,6 +25,9 @@ class FollowPolicy:
         grown: share above which it is lost.
         stretch: largest change of the logarithm of a distance between two states.
         turn: largest turn (rad) of the way from one dot to the next.
+        bend: standard deviation (rad) of such a turn from one of the curvature before.
+        lost: cost of a lost dot, as the square of standard deviations.
+        chains: of dots along a finger that are followed at once.
         margin: of the part of a frame that is searched, by the largest distance of neighbours.
     """
 
@@ -34,10 +37,32 @@ class FollowPolicy:
     grown: float = 1.3
     stretch: float = 0.25
     turn: float = 1.2
+    bend: float = 0.3
+    lost: float = 9.0
+    chains: int = 30
     margin: float = 1.2
 
 
 POLICY: Final = FollowPolicy()
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """Dots along a finger, as far as they are found.
+
+    Attributes:
+        cost: how far they are from a smooth line, as the square of standard deviations.
+        numbers: of the dots; None where one is lost.
+        here: (2,) place of the last one.
+        heading: (2,) way to it.
+        curvature: there (1/px).
+    """
+
+    cost: float
+    numbers: tuple[int | None, ...]
+    here: np.ndarray
+    heading: np.ndarray
+    curvature: float
 
 
 class Follower:
@@ -101,7 +126,7 @@ class Follower:
         """Find the dots in a picture of another state, along each finger from its clamped end.
 
         That end is where a dot is nearest to one of the picture before; from there each next dot
-        is at the distance that it had, where the way turns least.
+        is at the distance that it had, where the curvature changes least.
 
         Args:
             image: in blue, green and red.
@@ -109,50 +134,69 @@ class Follower:
         Returns:
             As of :meth:`step`.
         """
-        dots = [dot for dot in find(image, self._colour) if dot.seen > POLICY.whole / 2]
+        most_px = POLICY.grown * self._colour.area_px  # a larger one is two
+        dots = [
+            dot
+            for dot in find(image, self._colour)
+            if dot.seen > POLICY.whole / 2 and dot.area_px < most_px
+        ]
         px, seen = np.full_like(self._last, np.nan), np.zeros(len(self._last))
         if not dots:
             return px, seen
         places = np.array([dot.centre_px for dot in dots])
-        taken: set[int] = set()
+        ways = []
         for finger in self._fingers:
             away = [
                 np.linalg.norm(places - self._start[end], axis=1).min() for end in finger[[0, -1]]
             ]
-            way = finger if away[0] <= away[1] else finger[::-1]
-            for who, which in zip(way, self._along(way, places, taken), strict=True):
+            ways.append(finger if away[0] <= away[1] else finger[::-1])
+        free = np.ones(len(places), dtype=bool)
+        while ways:  # the chain that is surest takes its dots first
+            chains = [self._chain(way, places, free) for way in ways]
+            surest = int(np.argmin([chain.cost for chain in chains]))
+            for who, which in zip(ways.pop(surest), chains[surest].numbers, strict=True):
                 if which is not None:
-                    px[who], seen[who] = places[which], dots[which].seen
-                    taken.add(which)
+                    px[who], seen[who], free[which] = places[which], dots[which].seen, False
         return px, seen
 
-    def _along(self, way: np.ndarray, places: np.ndarray, taken: set[int]) -> list[int | None]:
-        """Numbers of the dots along a finger; None where one is lost."""
-        here, heading = self._start[way[0]], self._start[way[1]] - self._start[way[0]]
-        numbers: list[int | None] = []
-        for i, who in enumerate(way):
-            step = np.zeros(2) if i == 0 else self._start[who] - self._start[way[i - 1]]
-            length = float(np.linalg.norm(step))
-            arms = places - here
-            lengths = np.linalg.norm(arms, axis=1)
-            if i == 0:
-                score = np.where(lengths < self._gate, lengths, np.inf)
-            else:
-                turns = np.abs(np.arctan2(
-                    heading[0] * arms[:, 1] - heading[1] * arms[:, 0], arms @ heading
-                ))  # fmt: skip
-                fits = np.abs(np.log(np.maximum(lengths, 1e-9) / length)) < POLICY.stretch
-                score = np.where(fits & (turns < POLICY.turn), turns, np.inf)
-            score[list(taken | {number for number in numbers if number is not None})] = np.inf
-            best = int(score.argmin())
-            if np.isfinite(score[best]):
-                heading = arms[best] if i else heading
-                here = places[best]
-                numbers.append(best)
-            else:
-                here = here + length * heading / np.linalg.norm(heading)
-                numbers.append(None)
-        return numbers
+    def _chain(self, way: np.ndarray, places: np.ndarray, free: np.ndarray) -> _Chain:
+        """The likeliest dots along a finger, whose curvature changes little from dot to dot."""
+        steps = np.diff(self._start[way], axis=0)
+        chains = [_Chain(0.0, (), self._start[way[0]], steps[0], 0.0)]
+        lengths = np.linalg.norm(steps, axis=1)
+        for i in range(len(way)):
+            grown = []
+            length = lengths[i - 1] if i else 0.0
+            span = (length + (lengths[i - 2] if i > 1 else 0.0)) / 2
+            for chain in chains:
+                arms = places - chain.here
+                away = np.linalg.norm(arms, axis=1)
+                if i:
+                    turns = np.arctan2(
+                        chain.heading[0] * arms[:, 1] - chain.heading[1] * arms[:, 0],
+                        arms @ chain.heading,
+                    )
+                    stretch = np.log(np.maximum(away, 1e-9) / length)
+                    fits = (np.abs(stretch) < POLICY.stretch) & (np.abs(turns) < POLICY.turn)
+                    bent = (turns - chain.curvature * span) / POLICY.bend
+                    cost = bent**2 + (3 * stretch / POLICY.stretch) ** 2
+                else:
+                    turns, fits, cost = np.zeros(len(places)), away < self._gate, 0 * away
+                for number in np.flatnonzero(fits & free):
+                    if number not in chain.numbers:
+                        ahead = arms[number] if i else chain.heading
+                        bend = turns[number] / span if i else 0.0
+                        longer = (*chain.numbers, int(number))
+                        total = chain.cost + cost[number]
+                        grown.append(_Chain(total, longer, places[number], ahead, bend))
+                turn = chain.curvature * span
+                turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+                ahead = turned @ chain.heading
+                here = chain.here + length * ahead / np.linalg.norm(ahead)
+                lost = (*chain.numbers, None)
+                grown.append(_Chain(chain.cost + POLICY.lost, lost, here, ahead, chain.curvature))
+            chains = sorted(grown, key=lambda chain: chain.cost)[: POLICY.chains]
+        return chains[0]
 
     def _box(self, expected: np.ndarray, image: Image) -> Box:
         margin = self._margin * (1 + 0.5 * self._lost.max())

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE
+from dolfingrip.channels import ANGLE, CHANNELS
 from dolfingrip.tracking import overlay
 from dolfingrip.tracking.frames import Frame, FrameSource
 from dolfingrip.tracking.track import Tracked
@@ -52,7 +52,7 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> li
                 written.append(out / f"overlay_{stem}.png")
                 overlay.picture(written[-1], overlay.drawn(frame.image, fingers, text, outline))
             if frame.number in doubts:
-                words = f"{frame.name}: {doubts[frame.number]}"
+                words = f"{text}; {doubts[frame.number]}"
                 file = out / "doubtful" / f"{frame.number:06d}.png"
                 overlay.picture(file, overlay.drawn(frame.image, fingers, words, outline))
             progress(frame.number + 1, len(points.names))
@@ -62,10 +62,10 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> li
 def _caption(tracked: Tracked, frame: Frame) -> str:
     i = frame.number
     words = [frame.name if np.isnan(frame.time_s) else f"{frame.time_s:.2f} s"]
-    words += [
-        f"{name} {values[i]:.4g}"
-        for name, values in tracked.control.items()
-        if np.isfinite(values[i])
-    ]
-    words += [f"{body.readings[ANGLE.name][i]:.1f} deg" for body in tracked.bodies]
-    return ", ".join(words)
+    angles = [(ANGLE.name, body.readings[ANGLE.name]) for body in tracked.bodies]
+    for name, values in (*tracked.control.items(), *angles):
+        if np.isfinite(values[i]):
+            channel = CHANNELS.get(name)
+            said = f"{values[i]:.4g}" if channel is None else channel.said(float(values[i]))
+            words.append(f"{name if channel is None else channel.title} {said}")
+    return ", ".join(words).replace("°", " deg")  # letters of OpenCV before 5 are ASCII

@@ -116,11 +116,19 @@ def doubtful(watched: Watched) -> dict[int, str]:
     points = watched.points
     lost = np.isnan(points.px[..., 0])
     partly = (points.seen > 0) & (points.seen < dots.POLICY.part_seen)
+    number: dict[int, str] = {}
+    for finger, members in enumerate(watched.fingers, 1):
+        of_finger = f" of finger {finger}" if len(watched.fingers) > 1 else ""
+        number |= {int(point): f"{place}{of_finger}" for place, point in enumerate(members, 1)}
     reasons = {}
+    kinds = {"points lost": lost, "points partly hidden": partly}
     for i in np.argsort(-(10 * lost.sum(axis=1) + partly.sum(axis=1)), kind="stable"):
-        if not (lost[i].any() or partly[i].any()):
+        words = [
+            f"{what}: {', '.join(number[int(point)] for point in np.flatnonzero(which[i]))}"
+            for what, which in kinds.items()
+            if which[i].any()
+        ]
+        if not words:
             break
-        words = [f"{lost[i].sum()} points lost"] if lost[i].any() else []
-        words += [f"{partly[i].sum()} partly hidden"] if partly[i].any() else []
-        reasons[int(i)] = ", ".join(words)
+        reasons[int(i)] = "; ".join(words)
     return reasons

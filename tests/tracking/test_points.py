@@ -193,3 +193,40 @@ def test_dots_that_a_jpeg_taught_are_found_in_a_coloured_light() -> None:
     assert len(found) == 8
     off = found[np.argsort(found[:, 1])] - camera.pixels(places)
     assert np.linalg.norm(off, axis=1).max() < 0.3
+
+
+def test_arms_that_cross_while_they_curl_keep_their_dots_in_hard_photographs() -> None:
+    """JPEG in a red light, with glare at dots' edges, shadows like dots, a ruler and red things.
+
+    Two arms bend towards each other by up to 150°, so that the tip of each is beside the base of
+    the other one; places are those that were drawn.
+    """
+    camera, fingers = Filmed(size_px=(1280, 960), distance_mm=400.0), []
+    radius = 1.5 * camera.px_per_mm
+    for seed, bend in enumerate((0.0, 30.0, 60.0, 120.0, 150.0)):
+        arms = [arc(bend) - [30.0, 0.0], arc(bend) * [-1, 1] + [30.0, 8.0]]
+        at = [camera.pixels(each) for each in arms]
+        image = camera.frame(np.zeros((0, 2)), seed=seed)
+        camera.add(image, at[0] + [25.0, 18.0], radius, (105, 108, 115))
+        cv2.rectangle(image, (60, 200), (110, 800), (110, 190, 215), -1)
+        for y in range(200, 800, 12):
+            cv2.line(image, (60, y), (85, y), (20, 20, 20), 2)
+        cv2.putText(image, "R2", (560, 820), cv2.FONT_HERSHEY_DUPLEX, 2, RED, 4)
+        cv2.rectangle(image, (900, 180), (1000, 195), RED, -1)
+        for each in at:
+            camera.add(image, each, radius, RED)
+            camera.add(image, each + 0.4 * radius * np.array([1, -1]), 0.4 * radius, (255,) * 3)
+        lit = np.clip(image * np.array([0.4, 0.55, 1.0]), 0, 255).astype(np.uint8)
+        packed = cv2.imencode(".jpg", lit, [cv2.IMWRITE_JPEG_QUALITY, 75])[1]
+        picture = cv2.imdecode(packed, cv2.IMREAD_COLOR)
+        if not fingers:
+            colour, places = dots.learn(picture, None, None, 2, None)
+            fingers = order.fingers(places, 2)
+            fingers = [each[np.argsort(places[each, 1])] for each in fingers]
+            assert [len(each) for each in fingers] == [6, 6]
+            follower = Follower(colour, places, fingers)
+        px, _ = follower.anew(picture)
+        off = np.linalg.norm(px[np.array(fingers)] - np.array(at), axis=2)
+        print(bend, off.round(1))
+        assert np.nanmax(off) < 3
+        assert np.isnan(off).sum() <= 1
