@@ -119,6 +119,15 @@ class FingerSimulation:
         return self.graded and bool(self.flat or self._shorter)
 
     @cached_property
+    def _finer(self) -> Rows:
+        """What the mesh as configured and shorter steps change, before an instrument shows it."""
+        fine = self.fine.true if self.has_coarser else self.first.true
+        return {
+            tests: {name: fine[tests][name] - values for name, values in columns.items()}
+            for tests, columns in self.first.true.items()
+        }
+
+    @cached_property
     def delta(self) -> np.ndarray:
         """(n,) what the mesh as configured and shorter steps change; 0 where no other tells it."""
         none = np.zeros(len(self.first.readings))
@@ -152,12 +161,6 @@ class FingerSimulation:
         """Numbers of rig and body by which the readings change, too."""
         numbers = nuisances(self.measurement, self.base)
         return [replace(number, change=np.nan_to_num(number.change)) for number in numbers]
-
-    def free(self, point: Point) -> Point | None:
-        """Return the start with errors of instruments, which follow from its simulation."""
-        if self.start is None or not point.causes or not all(shown(c) for c, _ in point.causes):
-            return None
-        return replace(self.start, causes=point.causes)
 
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
@@ -240,8 +243,7 @@ class FingerSimulation:
             columns = self._displayed(point, simulated.true, along, by)
         else:
             slopes = np.nan_to_num([self.measurement.collected(rows) for rows in along])
-            columns = np.vstack([simulated.readings, slopes * by[:, None]])
-        columns[0] += self.delta
+            columns = np.vstack([simulated.readings + self.delta, slopes * by[:, None]])
         return Tangents(point.u, columns.T[None])
 
     def _displayed(
@@ -275,7 +277,7 @@ class FingerSimulation:
                 test.number: changed(config, _errors(errors, test))
                 for test, config in zip(self.measurement.tests, applied, strict=True)
             }
-            moves = [(size * rate, rows) for size, rate, rows in zip(step, by, along, strict=True)]
+            moves = [(1.0, self._finer), *zip(step * by, along, strict=True)]
             moved = {
                 tests: {
                     name: values + sum(size * rows[tests][name] for size, rows in moves if size)

@@ -185,15 +185,14 @@ def _followed(
         fit = _best(problem)
         if problem.extrapolated(fit) <= policy.exactly:
             break
-        here = zip(solid, map(float, fit.zeta[1:]), strict=False)
-        start = Point(factor, float(fit.zeta[0]), tuple(here))
+        start = Point.of((factor, *solid), fit.zeta)
         say(f"the moduli are about {start.moduli:.3g} times those configured; simulating there")
         simulation = replace(simulation, start=start)
     if len(runs) and not np.isfinite(plain.told).all():
         # numbers at which a finger ends before its readings are excluded by these
-        last = runs[-1].u[0]
-        zeta = [n.zeta_of(float(u)) for n, u in zip((factor, *solid), last, strict=True)]
-        start = Point(factor, zeta[0], tuple(zip(solid, zeta[1:], strict=True)))
+        own = factor, *solid
+        zeta = [n.zeta_of(float(u)) for n, u in zip(own, runs[-1].u[0], strict=True)]
+        start = Point.of(own, zeta)
         simulation = replace(simulation, start=start)
     if not runs:
         raise ConfigError("the base simulation does not reach the readings with its own numbers")

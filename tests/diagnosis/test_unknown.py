@@ -45,6 +45,28 @@ def test_a_far_instrument_is_blended_as_a_near_one() -> None:
     np.testing.assert_allclose(told, true, atol=1e-8)
 
 
+def test_a_number_that_all_simulations_share_tells_none_of_them_apart() -> None:
+    """A lag is worked out at many constants and one modulus: any other modulus has the nearest."""
+    (force,) = next(each for each in CAUSES if each.name == "force_offset").numbers
+    numbers = [force, force]
+    u = np.array([[0.5, at] for at in np.linspace(-3.0, 3.0, 13)])
+
+    def told(own: np.ndarray, lag: np.ndarray) -> np.ndarray:
+        """Values and derivatives by both numbers of five readings, linear in the first."""
+        phase = np.arange(5.0)[:, None] + lag
+        return np.stack([own * np.sin(phase), np.sin(phase), own * np.cos(phase)], -1)
+
+    runs = Tangents(u, np.moveaxis(told(*u.T), 1, 0))
+    found = TangentBlend.of(numbers, runs, np.full(5, 0.02))
+    for own in (0.5, -1.5, 8.0):
+        for lag in (-1.0, 2.5):
+            at = np.array([[own, lag]])
+            g, slopes = found.at_coordinates(at)
+            exact = told(*at.T)[:, 0]
+            np.testing.assert_allclose(found.columns @ g[0], exact[:, 0], atol=1e-3)
+            np.testing.assert_allclose(found.columns @ slopes[0, :, 0], exact[:, 1], atol=1e-3)
+
+
 @pytest.mark.parametrize("cause", CAUSES, ids=[each.name for each in CAUSES])
 def test_each_number_that_is_tried_is_allowed(cause: Cause) -> None:
     """Also near an exponent of 0, which Ogden's law does not have."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
 from typing import Self
 
 import numpy as np
@@ -25,7 +26,7 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, largest, shows_memory
-from dolfingrip.diagnosis.finger import Simulator
+from dolfingrip.diagnosis.finger import Simulator, shown
 from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect, fitted_effects
@@ -192,8 +193,16 @@ class Analysis:
         """(n,) readings at a fit's numbers; those that no simulation is of left out."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
+    def of_instrument(self, subset: Subset) -> Cause | None:
+        """Return the only cause of a subset if it acts on what an instrument shows alone."""
+        causes = [self.causes[name] for name in self.problem.causes(subset)]
+        alone = len(causes) == 1 and not self.closed_form and shown(causes[0])
+        return causes[0] if alone else None
+
     def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
         """Simulate fits: readings, and derivatives by the coordinates of their numbers.
+
+        An error of an instrument is worked out at all its numbers so far.
 
         Args:
             fits: the hypotheses.
@@ -202,20 +211,37 @@ class Analysis:
         Returns:
             None for each that does not reach all readings.
         """
-        points = [self.point(fit) for fit in fits]
-        if free:
-            points = [self.simulation.free(point) or point for point in points]
-        return self.simulation.at(points)
+        every = list[list[Point]]()
+        for fit in fits:
+            points, cause = [self.point(fit)], self.of_instrument(fit.subset)
+            if cause is not None:
+                own, before = self._worked_out(cause)
+                others = [replace(points[0], causes=((cause, zeta),)) for zeta in before]
+                points = [replace(own, causes=points[0].causes)] if free else [*points, *others]
+            every.append(points)
+        tangents = iter(self.simulation.at([*chain.from_iterable(every)]))
+        return [
+            Tangents.stacked(runs) if len(runs) == len(points) else None
+            for points in every
+            for runs in [[run for run in islice(tangents, len(points)) if run is not None]]
+        ]
+
+    def _worked_out(self, cause: Cause) -> tuple[Point, np.ndarray]:
+        """Where the model was when an error of an instrument was worked out, and its numbers."""
+        problem = self.problem
+        own = problem.always[: problem.simulated_count]
+        zeta = np.array([
+            [n.zeta_of(float(at)) for n, at in zip((*own, *cause.numbers), u, strict=True)]
+            for u in problem.runs[(cause.name,)].u
+        ])  # fmt: skip
+        return Point.of(own, zeta[0]), zeta[:, len(own) :]
 
     def point(self, fit: MapFit) -> Point:
         """The numbers of a fit that a simulation is of."""
         problem = self.problem
-        numbers = zip(
-            problem.always[1 : problem.simulated_count], map(float, fit.zeta[1:]), strict=False
-        )
         places = problem.places(fit.subset).items()
         causes = [(self.causes[name], fit.zeta[own_places]) for name, own_places in places]
-        return Point(problem.factor, float(fit.zeta[0]), tuple(numbers), tuple(causes))
+        return Point.of(problem.always[: problem.simulated_count], fit.zeta, causes)
 
     def expected(
         self, fits: Sequence[MapFit], additions: Sequence[Proposal]

@@ -19,6 +19,7 @@ from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.search import scaled_priors
+from dolfingrip.sections.units import NOTHING
 
 MODULUS: Final = "modulus"
 """Key of the factor of all moduli, and what it is called."""
@@ -92,8 +93,9 @@ class Unknown:
         return replace(self, prior=prior, role="candidate", tail=1.0)
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
-        """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
-        return np.clip(_at_each(self.prior.at, zeta), *self.bounds)[()]
+        """Values, of the shape of ``zeta``; rounding leads beyond no bound, and not next to 0."""
+        values = np.clip(_at_each(self.prior.at, zeta), *self.bounds)
+        return np.where(np.abs(values) < NOTHING, 0.0, values)[()]
 
     def slope(self, zeta: float | np.ndarray) -> np.ndarray:
         """Derivatives of the values by ζ, of its shape."""
