@@ -109,7 +109,9 @@ def analyse(
     runs, failed = _first(model, causes, start, off.noise)
     by_name = {cause.name: cause for cause in causes}
     felt = {name: by_name[name] for name in runs}
-    problem = replace(problem, numbers={name: cause.numbers for name, cause in felt.items()})
+    displaying = {n for n, cause in felt.items() if shown(cause) and not model.closed_form}
+    numbers_of = {name: cause.numbers for name, cause in felt.items()}
+    problem = replace(problem, numbers=numbers_of, displaying=frozenset(displaying))
     problem = problem.beside(((name,), run) for name, run in runs.items())
     unseen = tuple(name for name in by_name if name not in {*runs, *failed})
     return Analysis(problem, felt, off, model, unseen, failed, left)

@@ -26,7 +26,7 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, largest, shows_memory
-from dolfingrip.diagnosis.finger import Simulator, shown
+from dolfingrip.diagnosis.finger import Simulator
 from dolfingrip.diagnosis.simulation.point import Point
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect, fitted_effects
@@ -193,31 +193,54 @@ class Analysis:
         """(n,) readings at a fit's numbers; those that no simulation is of left out."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
-    def of_instrument(self, subset: Subset) -> Cause | None:
-        """Return the only cause of a subset if it acts on what an instrument shows alone."""
-        causes = [self.causes[name] for name in self.problem.causes(subset)]
-        alone = len(causes) == 1 and not self.closed_form and shown(causes[0])
-        return causes[0] if alone else None
+    def free(self, fit: MapFit) -> Point | None:
+        """Return a fit's error of an instrument where its other causes were simulated last.
+
+        It follows from that simulation; None where there is none, or where nothing follows.
+        """
+        here, problem = self.point(fit), self.problem
+        names = problem.causes(fit.subset)
+        solid = tuple(name for name in names if name not in problem.displaying)
+        runs = problem.runs.get(solid or names)
+        # in the only simulation of a cause it does nothing
+        if solid == names or runs is None or (solid and len(runs.u) < 2):
+            return None
+        zeta = self._zeta(solid, runs.u[-1])
+        own = problem.always[: problem.simulated_count]
+        ends = np.cumsum([len(problem.numbers[name]) for name in solid])
+        there = dict(zip(solid, np.split(zeta[len(own) :], ends), strict=False))
+        causes = [(cause, there.get(cause.name, at)) for cause, at in here.causes]
+        return Point.of(own, zeta, causes)
+
+    def _zeta(self, names: Iterable[str], u: np.ndarray) -> np.ndarray:
+        """ζ of the model's own numbers and of causes at coordinates, which may have more."""
+        own = self.problem.always[: self.problem.simulated_count]
+        numbers = (*own, *(number for name in names for number in self.problem.numbers[name]))
+        return np.array([n.zeta_of(float(at)) for n, at in zip(numbers, u, strict=False)])
 
     def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
         """Simulate fits: readings, and derivatives by the coordinates of their numbers.
 
-        An error of an instrument is worked out at all its numbers so far.
+        An error of an instrument is worked out all over its prior beside each simulation.
 
         Args:
             fits: the hypotheses.
-            free: whether the model's own numbers are those at which a simulation costs nothing.
+            free: whether other numbers than those of errors of instruments are where they cost
+                nothing.
 
         Returns:
             None for each that does not reach all readings.
         """
-        every = list[list[Point]]()
+        every, problem = list[list[Point]](), self.problem
         for fit in fits:
-            points, cause = [self.point(fit)], self.of_instrument(fit.subset)
-            if cause is not None:
-                own, before = self._worked_out(cause)
-                others = [replace(points[0], causes=((cause, zeta),)) for zeta in before]
-                points = [replace(own, causes=points[0].causes)] if free else [*points, *others]
+            points = [(self.free(fit) if free else None) or self.point(fit)]
+            (here,), known = points, free and problem.causes(fit.subset) in problem.runs
+            errors = [cause for cause, _ in here.causes if cause.name in problem.displaying]
+            for error in errors if len(errors) == 1 and not known else ():
+                for u in problem.runs[(error.name,)].u:
+                    at = {error.name: self._zeta([error.name], u)[problem.simulated_count :]}
+                    causes = tuple((c, at.get(c.name, zeta)) for c, zeta in here.causes)
+                    points.append(replace(here, causes=causes))
             every.append(points)
         tangents = iter(self.simulation.at([*chain.from_iterable(every)]))
         return [
@@ -225,16 +248,6 @@ class Analysis:
             for points in every
             for runs in [[run for run in islice(tangents, len(points)) if run is not None]]
         ]
-
-    def _worked_out(self, cause: Cause) -> tuple[Point, np.ndarray]:
-        """Where the model was when an error of an instrument was worked out, and its numbers."""
-        problem = self.problem
-        own = problem.always[: problem.simulated_count]
-        zeta = np.array([
-            [n.zeta_of(float(at)) for n, at in zip((*own, *cause.numbers), u, strict=True)]
-            for u in problem.runs[(cause.name,)].u
-        ])  # fmt: skip
-        return Point.of(own, zeta[0]), zeta[:, len(own) :]
 
     def point(self, fit: MapFit) -> Point:
         """The numbers of a fit that a simulation is of."""

@@ -51,9 +51,9 @@ def refined(
             if tangents is None:
                 problem = problem.without(causes)
                 continue
-            if not free and analysis.of_instrument(causes):
-                others = {of: run for of, run in problem.runs.items() if of != causes}
-                problem = replace(problem, runs=others)
+            if not free and not problem.displaying.isdisjoint(causes):
+                before = {of: run for of, run in problem.runs.items() if of != causes}
+                problem = replace(problem, runs=before)
             problem = problem.beside([(causes, tangents)])
             changed.append(causes)
         analysis = replace(analysis, problem=problem)
@@ -83,7 +83,7 @@ def doubtful(
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
         causes, p = problem.causes(fit.subset), probability[id(fit)]
         left = policy.tries - tried[causes]
-        costs = analysis.of_instrument(causes) is None
+        costs = analysis.free(fit) is None
         if causes in problem.impossible or left + (0 if costs else policy.tries) <= 0:
             continue
         if not costs and left > 0:

@@ -31,7 +31,7 @@ class Point:
 
     @classmethod
     def of(
-        cls, numbers: Sequence[Unknown], zeta: Sequence[float],
+        cls, numbers: Sequence[Unknown], zeta: Sequence[float] | np.ndarray,
         causes: Sequence[tuple[Cause, np.ndarray]] = (),
     ) -> Point:  # fmt: skip
         """Return the point of the model's own numbers, the factor first, and of causes."""
