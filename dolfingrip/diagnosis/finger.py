@@ -98,11 +98,11 @@ class FingerSimulation:
     @cached_property
     def fine(self) -> SimulatedReadings:
         """The model without causes at its start, on the mesh as configured, in shorter steps."""
-        variant = ModelVariant({**self._started, **self._shorter}, mesh_check=not self.flat)
+        variant = ModelVariant({**self._started, **self.shorter}, mesh_check=not self.flat)
         return simulate(self.measurement, self.config, [variant], self.workers)[0]
 
     @property
-    def _shorter(self) -> Change:
+    def shorter(self) -> Change:
         """Change to less than half the steps in time: a step's error is of third order in it."""
         solver, supply, change = self.config.solver, self.config.supply, dict[str, float]()
         if self.config.experiment.dynamic:
@@ -114,9 +114,14 @@ class FingerSimulation:
         return change
 
     @property
+    def in_shorter_steps(self) -> FingerSimulation:
+        """The same, of which all is simulated in shorter steps."""
+        return replace(self, config=changed(self.config, self.shorter))
+
+    @property
     def has_coarser(self) -> bool:
         """Tell whether mesh or steps of all simulations are others than those of the finest."""
-        return self.graded and bool(self.flat or self._shorter)
+        return self.graded and bool(self.flat or self.shorter)
 
     @cached_property
     def _finer(self) -> Rows:

@@ -198,6 +198,11 @@ def _followed(
         simulation = replace(simulation, start=start)
     if not runs:
         raise ConfigError("the base simulation does not reach the readings with its own numbers")
+    slower = simulation.in_shorter_steps if simulation.shorter else simulation
+    change = (slower.first.readings - simulation.first.readings) / errors_of(simulation).noise
+    if np.linalg.norm(np.nan_to_num(change)) > policy.visible:
+        say("simulating all in shorter steps, as what these change could be seen")
+        simulation, runs = slower, [slower.plain(start)]
     say("simulating the measurement on a graded mesh")
     graded = replace(simulation, graded=True)
     if graded.has_coarser and not np.isfinite(graded.fine.readings).all():
