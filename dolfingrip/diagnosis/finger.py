@@ -115,7 +115,7 @@ class FingerSimulation:
 
     @property
     def in_shorter_steps(self) -> FingerSimulation:
-        """The same, of which all is simulated in shorter steps."""
+        """A simulation of the same measurement, all of it in shorter steps in time."""
         return replace(self, config=changed(self.config, self.shorter))
 
     @property
@@ -125,7 +125,7 @@ class FingerSimulation:
 
     @cached_property
     def _finer(self) -> Rows:
-        """What the mesh as configured and shorter steps change, before an instrument shows it."""
+        """True readings on the finest mesh in the shortest steps, less those of :attr:`first`."""
         fine = self.fine.true if self.has_coarser else self.first.true
         return {
             tests: {name: fine[tests][name] - values for name, values in columns.items()}

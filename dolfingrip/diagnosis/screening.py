@@ -192,9 +192,9 @@ def _followed(
         simulation = replace(simulation, start=start)
     if len(runs) and not np.isfinite(plain.told).all():
         # numbers at which a finger ends before its readings are excluded by these
-        own = factor, *solid
-        zeta = [n.zeta_of(float(u)) for n, u in zip(own, runs[-1].u[0], strict=True)]
-        start = Point.of(own, zeta)
+        numbers = factor, *solid
+        zeta = [n.zeta_of(float(u)) for n, u in zip(numbers, runs[-1].u[0], strict=True)]
+        start = Point.of(numbers, zeta)
         simulation = replace(simulation, start=start)
     if not runs:
         raise ConfigError("the base simulation does not reach the readings with its own numbers")

@@ -206,16 +206,16 @@ class Analysis:
         if solid == names or runs is None or (solid and len(runs.u) < 2):
             return None
         zeta = self._zeta(solid, runs.u[-1])
-        own = problem.always[: problem.simulated_count]
+        of_model = problem.always[: problem.simulated_count]
         ends = np.cumsum([len(problem.numbers[name]) for name in solid])
-        there = dict(zip(solid, np.split(zeta[len(own) :], ends), strict=False))
+        there = dict(zip(solid, np.split(zeta[len(of_model) :], ends), strict=False))
         causes = [(cause, there.get(cause.name, at)) for cause, at in here.causes]
-        return Point.of(own, zeta, causes)
+        return Point.of(of_model, zeta, causes)
 
     def _zeta(self, names: Iterable[str], u: np.ndarray) -> np.ndarray:
         """ζ of the model's own numbers and of causes at coordinates, which may have more."""
-        own = self.problem.always[: self.problem.simulated_count]
-        numbers = (*own, *(number for name in names for number in self.problem.numbers[name]))
+        numbers = [*self.problem.always[: self.problem.simulated_count]]
+        numbers += [number for name in names for number in self.problem.numbers[name]]
         return np.array([n.zeta_of(float(at)) for n, at in zip(numbers, u, strict=False)])
 
     def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
@@ -234,9 +234,9 @@ class Analysis:
         every, problem = list[list[Point]](), self.problem
         for fit in fits:
             points = [(self.free(fit) if free else None) or self.point(fit)]
-            (here,), known = points, free and problem.causes(fit.subset) in problem.runs
+            here, anew = points[0], not free or problem.causes(fit.subset) not in problem.runs
             errors = [cause for cause, _ in here.causes if cause.name in problem.displaying]
-            for error in errors if len(errors) == 1 and not known else ():
+            for error in errors if len(errors) == 1 and anew else ():
                 for u in problem.runs[(error.name,)].u:
                     at = {error.name: self._zeta([error.name], u)[problem.simulated_count :]}
                     causes = tuple((c, at.get(c.name, zeta)) for c, zeta in here.causes)

@@ -35,8 +35,8 @@ class Point:
         causes: Sequence[tuple[Cause, np.ndarray]] = (),
     ) -> Point:  # fmt: skip
         """Return the point of the model's own numbers, the factor first, and of causes."""
-        factor, *own = zip(numbers, map(float, zeta), strict=False)
-        return cls(*factor, tuple(own), tuple(causes))
+        factor, *others = zip(numbers, map(float, zeta), strict=False)
+        return cls(*factor, tuple(others), tuple(causes))
 
     @property
     def moduli(self) -> float:
