@@ -2,7 +2,8 @@
 
 Elements at edges are small where the mesh is graded. All simulations but one have ungraded
 elements, which take a third of the time; what grading changes is added to each, and a part of it is
-what the mesh may still get wrong. So it is with steps in time, of which one simulation has half.
+what the mesh may still get wrong. So it is with steps in time: one simulation has shorter ones, and
+all have them where what they change could be seen.
 What an instrument shows follows from the simulated readings, so its errors cost no simulation.
 """
 

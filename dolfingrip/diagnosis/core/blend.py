@@ -6,7 +6,8 @@ It goes through all values and slopes that were simulated (Shepard's interpolati
 polynomials: Farwig, Math. Comp. 46, 1986). u are coordinates in which readings are nearly straight:
 :meth:`~dolfingrip.diagnosis.core.unknown.Unknown.coordinate`. Φ are right singular vectors of what
 was simulated, by the noise. A blend that corrects others fades away from its simulations: zero has
-the weight ℓ⁻⁴ in the sum then.
+the weight ℓ⁻⁴ in the sum then. Of one that does not fade, a coordinate that all simulations share
+is left out of the distances.
 """
 
 from __future__ import annotations
