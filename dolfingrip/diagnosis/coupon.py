@@ -105,10 +105,6 @@ class CouponSimulation:
     def resting(self, causes: Sequence[Cause], start: Point) -> None:
         """Return nothing: causes are simulated all over their priors, at no cost."""
 
-    def free(self, point: Point) -> Point | None:
-        """Return nothing: any other numbers are another simulation."""
-        return None
-
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
     ) -> list[tuple[list[Tangents | None], Sequence[Nuisance]]]:

@@ -2,7 +2,8 @@
 
 Elements at edges are small where the mesh is graded. All simulations but one have ungraded
 elements, which take a third of the time; what grading changes is added to each, and a part of it is
-what the mesh may still get wrong. So it is with steps in time, of which one simulation has half.
+what the mesh may still get wrong. So it is with steps in time: one simulation has shorter ones, and
+all have them where what they change could be seen.
 What an instrument shows follows from the simulated readings, so its errors cost no simulation.
 """
 
@@ -98,11 +99,11 @@ class FingerSimulation:
     @cached_property
     def fine(self) -> SimulatedReadings:
         """The model without causes at its start, on the mesh as configured, in shorter steps."""
-        variant = ModelVariant({**self._started, **self._shorter}, mesh_check=not self.flat)
+        variant = ModelVariant({**self._started, **self.shorter}, mesh_check=not self.flat)
         return simulate(self.measurement, self.config, [variant], self.workers)[0]
 
     @property
-    def _shorter(self) -> Change:
+    def shorter(self) -> Change:
         """Change to less than half the steps in time: a step's error is of third order in it."""
         solver, supply, change = self.config.solver, self.config.supply, dict[str, float]()
         if self.config.experiment.dynamic:
@@ -114,9 +115,23 @@ class FingerSimulation:
         return change
 
     @property
+    def in_shorter_steps(self) -> FingerSimulation:
+        """A simulation of the same measurement, all of it in shorter steps in time."""
+        return replace(self, config=changed(self.config, self.shorter))
+
+    @property
     def has_coarser(self) -> bool:
         """Tell whether mesh or steps of all simulations are others than those of the finest."""
-        return self.graded and bool(self.flat or self._shorter)
+        return self.graded and bool(self.flat or self.shorter)
+
+    @cached_property
+    def _finer(self) -> Rows:
+        """True readings on the finest mesh in the shortest steps, less those of :attr:`first`."""
+        fine = self.fine.true if self.has_coarser else self.first.true
+        return {
+            tests: {name: fine[tests][name] - values for name, values in columns.items()}
+            for tests, columns in self.first.true.items()
+        }
 
     @cached_property
     def delta(self) -> np.ndarray:
@@ -152,12 +167,6 @@ class FingerSimulation:
         """Numbers of rig and body by which the readings change, too."""
         numbers = nuisances(self.measurement, self.base)
         return [replace(number, change=np.nan_to_num(number.change)) for number in numbers]
-
-    def free(self, point: Point) -> Point | None:
-        """Return the start with errors of instruments, which follow from its simulation."""
-        if self.start is None or not point.causes or not all(shown(c) for c, _ in point.causes):
-            return None
-        return replace(self.start, causes=point.causes)
 
     def additions(
         self, points: Sequence[Point], measurements: Sequence[Measurement], *, known_mesh: bool
@@ -240,8 +249,7 @@ class FingerSimulation:
             columns = self._displayed(point, simulated.true, along, by)
         else:
             slopes = np.nan_to_num([self.measurement.collected(rows) for rows in along])
-            columns = np.vstack([simulated.readings, slopes * by[:, None]])
-        columns[0] += self.delta
+            columns = np.vstack([simulated.readings + self.delta, slopes * by[:, None]])
         return Tangents(point.u, columns.T[None])
 
     def _displayed(
@@ -275,7 +283,7 @@ class FingerSimulation:
                 test.number: changed(config, _errors(errors, test))
                 for test, config in zip(self.measurement.tests, applied, strict=True)
             }
-            moves = [(size * rate, rows) for size, rate, rows in zip(step, by, along, strict=True)]
+            moves = [(1.0, self._finer), *zip(step * by, along, strict=True)]
             moved = {
                 tests: {
                     name: values + sum(size * rows[tests][name] for size, rows in moves if size)

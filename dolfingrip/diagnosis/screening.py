@@ -111,7 +111,9 @@ def analyse(
     runs, failed = _first(model, causes, start, off.noise)
     by_name = {cause.name: cause for cause in causes}
     felt = {name: by_name[name] for name in runs}
-    problem = replace(problem, numbers={name: cause.numbers for name, cause in felt.items()})
+    displaying = {n for n, cause in felt.items() if shown(cause) and not model.closed_form}
+    numbers_of = {name: cause.numbers for name, cause in felt.items()}
+    problem = replace(problem, numbers=numbers_of, displaying=frozenset(displaying))
     problem = problem.beside(((name,), run) for name, run in runs.items())
     unseen = tuple(name for name in by_name if name not in {*runs, *failed})
     return Analysis(problem, felt, off, model, unseen, failed, left)
@@ -187,18 +189,22 @@ def _followed(
         fit = _best(problem)
         if extrapolated(problem, fit) <= policy.exactly:
             break
-        here = zip(solid, map(float, fit.zeta[1:]), strict=False)
-        start = Point(factor, float(fit.zeta[0]), tuple(here))
+        start = Point.of((factor, *solid), fit.zeta)
         say(f"the moduli are about {start.moduli:.3g} times those configured; simulating there")
         simulation = replace(simulation, start=start)
     if len(runs) and not np.isfinite(plain.told).all():
         # numbers at which a finger ends before its readings are excluded by these
-        last = runs[-1].u[0]
-        zeta = [n.zeta_of(float(u)) for n, u in zip((factor, *solid), last, strict=True)]
-        start = Point(factor, zeta[0], tuple(zip(solid, zeta[1:], strict=True)))
+        numbers = factor, *solid
+        zeta = [n.zeta_of(float(u)) for n, u in zip(numbers, runs[-1].u[0], strict=True)]
+        start = Point.of(numbers, zeta)
         simulation = replace(simulation, start=start)
     if not runs:
         raise ConfigError("the base simulation does not reach the readings with its own numbers")
+    slower = simulation.in_shorter_steps if simulation.shorter else simulation
+    change = (slower.first.readings - simulation.first.readings) / errors_of(simulation).noise
+    if np.linalg.norm(np.nan_to_num(change)) > policy.visible:
+        say("simulating all in shorter steps, as what these change could be seen")
+        simulation, runs = slower, [slower.plain(start)]
     say("simulating the measurement on a graded mesh")
     graded = replace(simulation, graded=True)
     if graded.has_coarser and not np.isfinite(graded.fine.readings).all():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
 from typing import Self
 
 import numpy as np
@@ -188,30 +189,68 @@ class Analysis:
         """Readings (n,) at a fit's numbers; those that no simulation is of left out."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
+    def free(self, fit: MapFit) -> Point | None:
+        """Return a fit's error of an instrument where its other causes were simulated last.
+
+        It follows from that simulation; None where there is none, or where nothing follows.
+        """
+        here, problem = self.point(fit), self.problem
+        names = problem.causes(fit.subset)
+        solid = tuple(name for name in names if name not in problem.displaying)
+        runs = problem.runs.get(solid or names)
+        # in the only simulation of a cause it does nothing
+        if solid == names or runs is None or (solid and len(runs.u) < 2):
+            return None
+        zeta = self._zeta(solid, runs.u[-1])
+        of_model = problem.always[: problem.simulated_count]
+        ends = np.cumsum([len(problem.numbers[name]) for name in solid])
+        there = dict(zip(solid, np.split(zeta[len(of_model) :], ends), strict=False))
+        causes = [(cause, there.get(cause.name, at)) for cause, at in here.causes]
+        return Point.of(of_model, zeta, causes)
+
+    def _zeta(self, names: Iterable[str], u: np.ndarray) -> np.ndarray:
+        """ζ of the model's own numbers and of causes at coordinates, which may have more."""
+        numbers = [*self.problem.always[: self.problem.simulated_count]]
+        numbers += [number for name in names for number in self.problem.numbers[name]]
+        return np.array([n.zeta_of(float(at)) for n, at in zip(numbers, u, strict=False)])
+
     def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
         """Simulate fits: readings, and derivatives by the coordinates of their numbers.
 
+        An error of an instrument is worked out all over its prior beside each simulation.
+
         Args:
             fits: the hypotheses.
-            free: whether the model's own numbers are those at which a simulation costs nothing.
+            free: whether other numbers than those of errors of instruments are where they cost
+                nothing.
 
         Returns:
             None for each that does not reach all readings.
         """
-        points = [self.point(fit) for fit in fits]
-        if free:
-            points = [self.simulation.free(point) or point for point in points]
-        return self.simulation.at(points)
+        every, problem = list[list[Point]](), self.problem
+        for fit in fits:
+            points = [(self.free(fit) if free else None) or self.point(fit)]
+            here, anew = points[0], not free or problem.causes(fit.subset) not in problem.runs
+            errors = [cause for cause, _ in here.causes if cause.name in problem.displaying]
+            for error in errors if len(errors) == 1 and anew else ():
+                for u in problem.runs[(error.name,)].u:
+                    at = {error.name: self._zeta([error.name], u)[problem.simulated_count :]}
+                    causes = tuple((c, at.get(c.name, zeta)) for c, zeta in here.causes)
+                    points.append(replace(here, causes=causes))
+            every.append(points)
+        tangents = iter(self.simulation.at([*chain.from_iterable(every)]))
+        return [
+            Tangents.stacked(runs) if len(runs) == len(points) else None
+            for points in every
+            for runs in [[run for run in islice(tangents, len(points)) if run is not None]]
+        ]
 
     def point(self, fit: MapFit) -> Point:
         """The numbers of a fit that a simulation is of."""
         problem = self.problem
-        numbers = zip(
-            problem.always[1 : problem.simulated_count], map(float, fit.zeta[1:]), strict=False
-        )
         places = problem.places(fit.subset).items()
         causes = [(self.causes[name], fit.zeta[own_places]) for name, own_places in places]
-        return Point(problem.factor, float(fit.zeta[0]), tuple(numbers), tuple(causes))
+        return Point.of(problem.always[: problem.simulated_count], fit.zeta, causes)
 
     def expected(
         self, fits: Sequence[MapFit], additions: Sequence[Proposal]

@@ -2,7 +2,8 @@
 
 Readings at a fit are extrapolated from the nearest simulation. That may miss a part of the change
 from there, and so some ln of evidence. An error of an instrument follows from the simulation that
-is there, and is worked out always. Of others, the hypothesis whose probability that could change
+is there, and is worked out always; it is nearly linear in the model's own numbers, and so only
+those of the last simulation count. Of others, the hypothesis whose probability that could change
 most is simulated at its fit, until no change could matter. It can gain no more than half of what
 its χ² exceeds that of the most probable one, or the number of readings where that is less.
 """
@@ -51,6 +52,9 @@ def refined(
             if tangents is None:
                 problem = problem.without(causes)
                 continue
+            if not free and not problem.displaying.isdisjoint(causes):
+                before = {of: run for of, run in problem.runs.items() if of != causes}
+                problem = replace(problem, runs=before)
             problem = problem.beside([(causes, tangents)])
             changed.append(causes)
         analysis = replace(analysis, problem=problem)
@@ -80,7 +84,7 @@ def doubtful(
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
         causes, p = problem.causes(fit.subset), probability[id(fit)]
         left = policy.tries - tried[causes]
-        costs = len(causes) > 1 or analysis.simulation.free(analysis.point(fit)) is None
+        costs = analysis.free(fit) is None
         if causes in problem.impossible or left + (0 if costs else policy.tries) <= 0:
             continue
         if not costs and left > 0:

@@ -6,7 +6,8 @@ It goes through all values and slopes that were simulated (Shepard's interpolati
 polynomials: Farwig, Math. Comp. 46, 1986). u are coordinates in which readings are nearly straight:
 :meth:`~dolfingrip.diagnosis.core.unknown.Unknown.coordinate`. Φ are right singular vectors of what
 was simulated, by the noise. A blend that corrects others fades away from its simulations: zero has
-the weight ℓ⁻⁴ in the sum then.
+the weight ℓ⁻⁴ in the sum then. Of one that does not fade, a coordinate that all simulations share
+is left out of the distances.
 """
 
 from __future__ import annotations
@@ -136,7 +137,9 @@ class TangentBlend:
             u: shape (places, d).
         """
         off = u[:, None] - self.u
-        square = np.square(off).sum(axis=2) + 1e-9
+        # what is as far from all simulations tells nothing about which is nearest
+        apart = off if self.fading else off * (np.ptp(self.u, axis=0) > 1e-6)
+        square = np.square(apart).sum(axis=2) + 1e-9
         weight = 1 / square**POWER
         weight /= weight.sum(axis=1, keepdims=True) + self.fading
         m, k, d = self.slopes.shape
@@ -145,7 +148,7 @@ class TangentBlend:
         g = (weight[:, None] @ linear)[:, 0]
         slopes = (weight @ self.slopes.reshape(m, k * d)).reshape(-1, k, d)
         pull = (linear - g[:, None]) * (-2 * POWER * weight / square)[..., None]
-        return g, slopes + pull.swapaxes(1, 2) @ off
+        return g, slopes + pull.swapaxes(1, 2) @ apart
 
     def rows(self, kept: np.ndarray) -> TangentBlend:
         """Restrict it to some of the readings."""

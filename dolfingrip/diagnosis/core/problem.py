@@ -48,6 +48,7 @@ class InferenceProblem:
         blends: of them: of the model alone, of what each cause changes, and of what several change
             beyond their sum.
         impossible: sets of causes that cannot be simulated at their numbers.
+        displaying: causes that act on what instruments show alone.
         elastic: causes that are elastic laws.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
@@ -68,6 +69,7 @@ class InferenceProblem:
     runs: Mapping[Subset, Tangents] = field(default_factory=dict)
     blends: Mapping[Subset, TangentBlend] = field(default_factory=dict)
     impossible: frozenset[Subset] = frozenset()
+    displaying: frozenset[str] = frozenset()
     elastic: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
@@ -161,7 +163,8 @@ class InferenceProblem:
                 value, slopes = part.at_coordinates(simulated.u[:, some])
                 remaining[..., 0] -= value @ part.columns.T
                 remaining[..., 1:][..., some] -= part.columns @ slopes
-            length = 1.0 if len(causes) > 1 else np.inf
+            fades = len(causes) > 1 and self.displaying.isdisjoint(causes)
+            length = 1.0 if fades else np.inf
             alone = Tangents(simulated.u, remaining)
             missed = self.policy.matters
             noise = np.append(self.noise, self.told_std)

@@ -20,15 +20,19 @@ def undersampled(measurement: Measurement, config: Config, workers: Workers) -> 
         config: the model.
         workers: that compute the frequency of each set-up with inertia.
     """
+    slight = {"min_pressure_kPa": 0.0, "max_pressure_kPa": 1.0, "step_kPa": 1.0}
+    moving = [
+        (test, applied.at_rest().changed(experiment=slight))
+        for test, applied in zip(measurement.tests, measurement.applied(config), strict=True)
+        if applied.experiment.dynamic and not test.small_vibrations
+    ]
     lines = []
-    for test, applied in zip(measurement.tests, measurement.applied(config), strict=True):
-        if not applied.experiment.dynamic or test.small_vibrations:
-            continue
-        steps = np.diff(np.unique(measurement.rows(test.number)[TIME.name]))
-        slight = {"min_pressure_kPa": 0.0, "max_pressure_kPa": 1.0, "step_kPa": 1.0}
-        with suppress(ConfigError):  # a mesh of half a body has no swings across
-            wanted = request("vibration", applied.at_rest().changed(experiment=slight))
-            swings = workers.results([wanted])[0].columns.get(FREQUENCIES[0].name)
+    with suppress(ConfigError):  # a mesh of half a body has no swings across
+        wanted = [request("vibration", still) for _, still in moving]
+        answers = workers.results(wanted) if wanted else []
+        for (test, _), answer in zip(moving, answers, strict=True):
+            steps = np.diff(np.unique(measurement.rows(test.number)[TIME.name]))
+            swings = answer.columns.get(FREQUENCIES[0].name)
             doubt = aliased(float(np.median(steps)), swings[0]) if swings else ""
             lines += [f"{test}: {doubt}"] if doubt else []
     return lines

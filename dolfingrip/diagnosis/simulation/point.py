@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +28,15 @@ class Point:
     zeta: float
     own: tuple[tuple[Unknown, float], ...] = ()
     causes: tuple[tuple[Cause, np.ndarray], ...] = ()
+
+    @classmethod
+    def of(
+        cls, numbers: Sequence[Unknown], zeta: Sequence[float] | np.ndarray,
+        causes: Sequence[tuple[Cause, np.ndarray]] = (),
+    ) -> Point:  # fmt: skip
+        """Return the point of the model's own numbers, the factor first, and of causes."""
+        factor, *others = zip(numbers, map(float, zeta), strict=False)
+        return cls(*factor, tuple(others), tuple(causes))
 
     @property
     def moduli(self) -> float:

@@ -98,6 +98,30 @@ def test_the_evidence_is_the_integral() -> None:
     assert sampled.log_evidence == pytest.approx(best.log_evidence, abs=0.1)
 
 
+def test_an_error_of_an_instrument_does_not_fade_beside_another_cause() -> None:
+    """A gain multiplies what the other changes, however strong that is: against the product."""
+    alone = case(drawn(), {"bent": BENT["bent"], "gain": 0.3 * BASE})
+    (u,) = alone.runs[()].u[0]
+    of_modulus, bent = alone.runs[()].told[0, :, 1], BENT["bent"]
+    told = [
+        np.column_stack([
+            (1 + 0.3 * gain) * (BASE + bent), (1 + 0.3 * gain) * of_modulus,
+            (1 + 0.3 * gain) * bent, 0.3 * (BASE + bent),
+        ])
+        for gain in (-2.0, 0.0, 2.0)
+    ]  # fmt: skip
+    pair = ("bent", "gain")
+    at = np.array([[u, 1.0, gain] for gain in (-2.0, 0.0, 2.0)])
+    shows = replace(alone, displaying=frozenset({"gain"})).beside(
+        [(pair, Tangents(at, np.array(told)))]
+    )
+    fades = alone.beside([(pair, Tangents(at, np.array(told)))])
+    zeta = np.array([0.0, 3.0, 2.0])
+    exact = 1.6 * (BASE + 3.0 * bent)
+    np.testing.assert_allclose(shows.predicted(pair, zeta), exact, atol=NOISE)
+    assert np.abs(fades.predicted(pair, zeta) - exact).max() > 4 * NOISE
+
+
 def test_fits_from_many_places_at_once_are_those_from_each() -> None:
     """Against fits one by one: the modulus as told and another, at two levels, from three starts.
 

@@ -152,6 +152,22 @@ def test_where_causes_do_nothing_their_derivatives_are_known(
         assert off < 0.1 * np.abs(change).max() + 1e-3
 
 
+def test_an_instrument_shows_what_the_finer_mesh_changes(
+    simulation: FingerSimulation, measurement: Measurement, store: Path
+) -> None:
+    """Against a simulation that has the lag itself; a stiffer body stands for a coarser mesh."""
+    stiffer: Change = {"material.mu_MPa": 1.02 * finger().material.shear_MPa}
+    graded = replace(simulation, flat=stiffer, graded=True)
+    where = point(simulation, 1.0, "sensor_lag", 1.0)
+    there = one(measurement, store, where.change(finger())).readings
+    (found,) = graded.at([where])
+    assert found is not None
+    late, on_time = there - found.told[0, :, 0], graded.delta
+    print("finer mesh", on_time, "left", late)
+    assert np.abs(on_time[of(measurement, "bending")]).max() > 0.1
+    np.testing.assert_allclose(late, 0.0, atol=2e-5 * 20)
+
+
 def test_an_angle_that_lags_is_the_filtered_curve(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
