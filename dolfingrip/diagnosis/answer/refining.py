@@ -95,7 +95,8 @@ def doubtful(
         gain = max(0.5 * (fit.misfit - closest), 0.0)
         if p <= policy.matters and gain <= np.log1p(policy.matters / (p + np.finfo(float).tiny)):
             continue
-        missed = extrapolated(problem, fit)
+        known = not analysis.closed_form or causes in problem.runs
+        missed = extrapolated(problem, fit) if known else np.inf
         change = float(p * max(np.expm1(min(missed, gain)), -np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
-import scipy.linalg
 from scipy.special import softmax
 
+from dolfingrip.diagnosis.core.covariance import CovarianceModel, taken
 from dolfingrip.diagnosis.core.fitting import MapFit
 from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior
@@ -297,17 +297,15 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     problem = posterior.problem
     if problem.curves is None or not names or not problem.remembering.issuperset(names):
         return True
-    # the curve is in the place of all memory: what else remembers would be fitted without it
-    acting = problem.causes(best.subset)
-    others = tuple(name for name in acting if name not in problem.remembering)
+    others = tuple(name for name in problem.causes(best.subset) if name not in names)
     without = posterior.best(others, level=best.level)
-    total = problem.covariance + best.level**2 * problem.kernel
-    total = total + problem.curves @ problem.curves.T
-    off = problem.every_value - problem.every_reading(without.subset, without.zeta)[0]
-    off, of_numbers = np.split(off, [len(problem.value)])
-    free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
-    free += float(np.square(of_numbers / problem.told_std).sum())
-    return 0.5 * (free - best.misfit) > problem.policy.log_odds
+    curves = np.pad(problem.curves, ((0, len(problem.told)), (0, 0)))
+    model = problem.levels[best.level]
+    beside = CovarianceModel(model.covariance + curves @ curves.T, model.columns)
+    readings, slopes = problem.every_reading(without.subset, without.zeta)
+    off, free = map(beside.whitened, (problem.every_value - readings, slopes))
+    left = off - free @ taken(off, free)  # all other numbers follow
+    return 0.5 * (float(left @ left) - best.misfit) > problem.policy.log_odds
 
 
 def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, ...]:

@@ -137,11 +137,18 @@ def search(
     kept_coarse = {} if before is None else unchanged(before.coarse)
 
     def fit(starts: Mapping[Key, Sequence[np.ndarray]]) -> None:
-        missing = {key: places for key, places in starts.items() if key not in kept}
-        fits = kept | _fits(problem, missing, SETTLED)
-        for key in starts:
-            modes[key] = fits[key]
-            zeta[key] = max(fits[key], key=lambda mode: mode.log_evidence).zeta
+        above = np.inf
+        for level in sorted(levels, reverse=True):  # a large discrepancy has fewer local minima
+            missing = {
+                (causes, at): [*places, *([zeta[causes, above]] if (causes, above) in zeta else [])]
+                for (causes, at), places in starts.items()
+                if at == level and (causes, at) not in kept
+            }
+            fits = _fits(problem, missing, SETTLED)
+            for key in (key for key in starts if key[1] == level):
+                modes[key] = fits.get(key) or kept[key]
+                zeta[key] = max(modes[key], key=lambda mode: mode.log_evidence).zeta
+            above = level
 
     fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in levels})
     fit({
