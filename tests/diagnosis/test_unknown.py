@@ -44,6 +44,28 @@ def test_a_far_instrument_is_blended_as_a_near_one() -> None:
     np.testing.assert_allclose(told, true, atol=1e-8)
 
 
+def test_a_number_that_all_simulations_share_tells_none_of_them_apart() -> None:
+    """A lag is worked out at many constants and one modulus: any other modulus has the nearest."""
+    (force,) = next(each for each in CAUSES if each.name == "force_offset").numbers
+    numbers = [force, force]
+    u = np.array([[0.5, at] for at in np.linspace(-3.0, 3.0, 13)])
+
+    def told(own: np.ndarray, lag: np.ndarray) -> np.ndarray:
+        """Values and derivatives by both numbers of five readings, linear in the first."""
+        phase = np.arange(5.0)[:, None] + lag
+        return np.stack([own * np.sin(phase), np.sin(phase), own * np.cos(phase)], -1)
+
+    runs = Tangents(u, np.moveaxis(told(*u.T), 1, 0))
+    found = TangentBlend.of(numbers, runs, np.full(5, 0.02))
+    for own in (0.5, -1.5, 8.0):
+        for lag in (-1.0, 2.5):
+            at = np.array([[own, lag]])
+            g, slopes = found.at_coordinates(at)
+            exact = told(*at.T)[:, 0]
+            np.testing.assert_allclose(found.columns @ g[0], exact[:, 0], atol=1e-3)
+            np.testing.assert_allclose(found.columns @ slopes[0, :, 0], exact[:, 1], atol=1e-3)
+
+
 def test_a_number_that_fits_find_close_to_nothing_is_nothing() -> None:
     """A configuration refuses numbers that a slip of a unit made, such as a length of 1e-55 mm."""
     cause = next(each for each in CAUSES if each.name == "force_offset")

@@ -5,7 +5,8 @@ from there, and so some ln of evidence. An error of an instrument follows from t
 is there, and is worked out always; it is nearly linear in the model's own numbers, and so only
 those of the last simulation count. Of others, the hypothesis whose probability that could change
 most is simulated at its fit, until no change could matter. It can gain no more than half of what
-its χ² exceeds that of the most probable one, or the number of readings where that is less.
+its χ² exceeds that of the most probable one, or the number of readings where that is less. A pair
+of coupons, whose simulation costs nothing, may miss anything before its first one.
 """
 
 from __future__ import annotations
@@ -95,9 +96,10 @@ def doubtful(
         gain = max(0.5 * (fit.misfit - closest), 0.0)
         if p <= policy.matters and gain <= np.log1p(policy.matters / (p + np.finfo(float).tiny)):
             continue
-        known = not analysis.closed_form or causes in problem.runs
-        missed = extrapolated(problem, fit) if known else np.inf
-        change = float(p * max(np.expm1(min(missed, gain)), -np.expm1(-missed)))
+        free_of_cost = analysis.closed_form and causes not in problem.runs
+        missed = np.inf if free_of_cost else extrapolated(problem, fit)
+        hope = np.log(p + np.finfo(float).tiny) + min(missed, gain)
+        change = float(max(np.exp(min(hope, 100.0)) - p, -p * np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit
     others = [fit for _, fit in sorted(could.values(), key=lambda pair: -pair[0])]
