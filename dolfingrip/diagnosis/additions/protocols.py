@@ -81,11 +81,17 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
         config: the model that is diagnosed.
 
     Returns:
-        Those that were not made yet, each as a measurement whose readings are 0; none where a body
-        moves, whose records are not planned yet.
+        Those that were not made yet, each as a measurement whose readings are 0. A record of a body
+        that moves is made again, faster and slower.
     """
-    if any(map(moves, measurement.applied(config))):
-        return []
+    applied = zip(measurement.tests, measurement.applied(config), strict=True)
+    moving = [test for test, its_config in applied if moves(its_config)]
+    if moving:
+        return [
+            _paced(measurement, test, pace)
+            for test in moving for pace in (0.5, 2.0)
+            if measurement.rows(test.number)[test.control].nunique() > 1
+        ]  # fmt: skip
     additions: list[Proposal] = []
     finger = next((t for t in measurement.tests if t.experiment != "coupon"), None)
     coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)
@@ -263,6 +269,20 @@ def _proposal(
     minutes += sum(float(table["time_s"].max()) for table in rows) / 60
     every_row = pd.concat(rows, ignore_index=True)
     return Proposal(name, minutes, Measurement(every_row, planned, policy=policy), kind)
+
+
+def _paced(measurement: Measurement, test: SpecimenTest, pace: float) -> Proposal:
+    """What was measured in time, with its control so many times as fast."""
+    lines = measurement.rows(test.number).assign(test=0)
+    lines["time_s"] /= pace
+    columns = measurement.columns
+    lines[columns] = lines[columns].where(lines[columns].isna(), 0.0)
+    minutes = measurement.policy.set_up_min["ramp"] + float(np.ptp(lines["time_s"])) / 60
+    again = Measurement(
+        lines.reset_index(drop=True), [replace(test, number=0)], policy=measurement.policy
+    )
+    name = f"{test.experiment} of {test.specimen} again, {pace:g} times as fast"
+    return Proposal(name, minutes, again, "pace")
 
 
 def _seen(

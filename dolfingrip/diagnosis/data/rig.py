@@ -74,9 +74,9 @@ EXPERIMENTS: Final = ("bending", "blocked_force")
 
 KINDS: Final = (
     "unloading", "cycles", "slow_cycle", "hold", "tip", "blocked_angle", "gap", "orientation",
-    "coupon", "coupon_width",
+    "coupon", "coupon_width", "pace",
 )  # fmt: skip
-"""Additions that a laboratory may be able to make."""
+"""Additions that a laboratory may be able to make; another pace tells of bodies that move."""
 
 
 class RigProtocol(Section):

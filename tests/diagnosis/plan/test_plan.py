@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.command import run_command
 
@@ -84,7 +85,14 @@ def test_bad_input_is_one_line(
 
 def test_every_addition_that_a_rig_may_vary_is_proposed() -> None:
     paper, _ = rig.read(None, Config())
-    assert {each.kind for each in proposals(paper, Config())} == set(rig.KINDS)
+    at_rest = {each.kind for each in proposals(paper, Config())}
+    filled = Config().changed(supply={"source": "ideal"})
+    moving = proposals(paper, filled)
+    assert at_rest | {each.kind for each in moving} == set(rig.KINDS)
+    times = [each.measurement.listed["time_s"].max() for each in moving]
+    lasts = [paper.rows(number)["time_s"].max() for number in (0, 0, 1, 1)]
+    assert times == pytest.approx([by * s for by, s in zip([2, 0.5] * 2, lasts, strict=True)])
+    assert not np.any([each.measurement.listed["value"] for each in moving])
 
 
 def test_an_addition_is_read_by_the_rigs_instruments() -> None:
