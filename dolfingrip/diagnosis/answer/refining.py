@@ -6,7 +6,8 @@ is there, and is worked out always; it is nearly linear in the model's own numbe
 those of the last simulation count. Of others, the hypothesis whose probability that could change
 most is simulated at its fit, until no change could matter. It can gain no more than half of what
 its χ² exceeds that of the most probable one, or the number of readings where that is less. A pair
-of coupons, whose simulation costs nothing, may miss anything before its first one.
+of coupons, whose simulation costs nothing, may miss anything before its first one. At last, what
+has fewer causes than the most probable one is simulated at its fit, whatever it may miss.
 """
 
 from __future__ import annotations
@@ -80,6 +81,8 @@ def doubtful(
     """
     problem, free = posterior.problem, dict[Subset, MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
+    fewer: dict[Subset, MapFit] = {}
+    most = problem.causes(max(posterior.weighed, key=lambda pair: pair[0])[1].subset)
     probability, policy = {id(fit): p for p, fit in posterior.weighed}, problem.policy
     leading = posterior.leaders(lambda fit: fit.level)
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
@@ -102,8 +105,15 @@ def doubtful(
         change = float(max(np.exp(min(hope, 100.0)) - p, -p * np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit
+        elif (
+            causes
+            and {*causes} < {*most}
+            and missed > policy.exactly
+            and tried[causes] < policy.tries
+        ):
+            fewer.setdefault(causes, fit)
     others = [fit for _, fit in sorted(could.values(), key=lambda pair: -pair[0])]
-    return list(free.values()), others
+    return list(free.values()), others or list(fewer.values())
 
 
 def extrapolated(problem: InferenceProblem, fit: MapFit) -> float:
