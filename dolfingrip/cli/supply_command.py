@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import ANGLE, PRESSURE, TIME
 from dolfingrip.charts import picture
-from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import console, one_process
 from dolfingrip.cli.settings import SupplySettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import feedforward
-from dolfingrip.experiments.feedforward import Feedforward
 from dolfingrip.files import table
 from dolfingrip.sections import protocol_file, tables
-
-NAMES: Mapping[str, str] = {
-    "set_point_kPa": "set point", "valve_open": "valve", "exhaust_open": "exhaust"
-}  # fmt: skip
-"""What the key of the picture calls the columns of commands."""
 
 
 def supply(args: SupplySettings) -> None:
@@ -41,7 +33,7 @@ def supply(args: SupplySettings) -> None:
         )  # fmt: skip
     file, drawn = args.out / "commands.csv", args.out / "commands.png"
     table.write(file, control.rows())
-    picture.write([chart(control)], drawn)
+    picture.write([control.chart()], drawn)
     for line in control.sentences():
         screen.say(line)
     screen.say(f"commands: {file}; picture: {drawn}")
@@ -56,23 +48,3 @@ def _column(file: Path) -> str:
     if not controls:
         raise ConfigError(f"{file}: missing column {PRESSURE.name} or {ANGLE.name}")
     return controls[0]
-
-
-def chart(control: Feedforward) -> Chart:
-    """Draw the pressures over time, and the commands below them.
-
-    Args:
-        control: commands of a supply, and what follows from them.
-    """
-    time = Axis("Time (s)", "s", "Time")
-    regulated = "set_point_kPa" in control.commands
-    lower = Chart(
-        "Commands", time, Axis("Set point (kPa)" if regulated else "Part of the time open (–)"),
-        [Series(NAMES[name], control.time_s, values) for name, values in control.commands.items()],
-    )  # fmt: skip
-    pressures = [
-        Series("tube", control.time_s, control.tube_kPa, colour="orange"),
-        Series("cavity", control.time_s, control.reached_kPa, colour="blue"),
-        Series("wished", control.time_s, control.wished_kPa, style="dash", colour="ink"),
-    ]
-    return Chart("Pressures", time, Axis("Pressure (kPa)"), pressures, below=lower)

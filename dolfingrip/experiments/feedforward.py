@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.channels import ANGLE, CAVITY_VOLUME, PRESSURE, TIME
+from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.loop import run
@@ -27,6 +28,14 @@ from dolfingrip.sections.supply import with_valve
 
 STOPS: Final = 12
 """Pressures at which the finger is simulated."""
+
+NAMES: Final[Mapping[str, str]] = {
+    "set_point_kPa": "set point", "valve_open": "valve", "exhaust_open": "exhaust"
+}  # fmt: skip
+"""What the key of the picture calls the columns of commands."""
+
+COLOURS: Final = ("green", "purple")
+"""Colours of commands in it."""
 
 OPENING: Final = 1e-9
 """Error of the part of a valve that is open."""
@@ -89,6 +98,23 @@ class Feedforward:
         lines.append(f"the cavity is {where}, {at_its_end}")
         return [*lines, f"{missed} for {100 * part:.0f} % of the time"]
 
+    def chart(self) -> Chart:
+        """Draw the pressures over time, and the commands below them."""
+        time = Axis("Time (s)", "s", "Time")
+        regulated = "set_point_kPa" in self.commands
+        up = Axis("Set point (kPa)", "kPa") if regulated else Axis("Duty (–)")
+        commands = [
+            Series(NAMES[name], self.time_s, values, colour=colour)
+            for colour, (name, values) in zip(COLOURS, self.commands.items(), strict=False)
+        ]
+        lower = Chart("Commands", time, up, commands)
+        pressures = [
+            Series("tube", self.time_s, self.tube_kPa, colour="orange"),
+            Series("cavity", self.time_s, self.reached_kPa, colour="blue"),
+            Series("wished", self.time_s, self.wished_kPa, style="dash", colour="ink"),
+        ]
+        return Chart("Pressures", time, Axis("Pressure (kPa)", "kPa"), pressures, below=lower)
+
 
 def command_for(
     config: Config,
@@ -99,6 +125,7 @@ def command_for(
     every_s: float | None = None,
     regulator_kPa: float | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    finger: RestingFinger | None = None,
 ) -> Feedforward:
     """Find the commands of a supply with which a finger follows a curve.
 
@@ -112,6 +139,7 @@ def command_for(
         every_s: length of a step; default: a 200th of the curve.
         regulator_kPa: highest set point of an ideal source; default: the highest wished pressure.
         progress: called with the number of steps that are done, and of all.
+        finger: at rest up to the highest pressure; default: it is simulated.
 
     Returns:
         The commands.
@@ -131,11 +159,11 @@ def command_for(
     if pressure_kPa is not None:
         pressures = np.asarray(pressure_kPa, dtype=float)
         _within(PRESSURE.name, pressures, 0.0, supply.most_kPa, "kPa, the highest of the source")
-        finger = _resting(config, float(pressures.max()))
+        finger = finger or _resting(config, float(pressures.max()))
         wished_deg, wished = None, np.interp(steps, times, pressures)
     else:
         most = min(config.experiment.max_pressure_kPa, supply.most_kPa)
-        finger = _resting(config, most)
+        finger = finger or _resting(config, most)
         angles = np.asarray(angle_deg, dtype=float)
         low, high = finger.angle_deg.min(), finger.angle_deg.max()
         _within(ANGLE.name, angles, float(low), float(high), f"°, that of {most:g} kPa")

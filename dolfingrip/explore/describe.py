@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -13,14 +13,16 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, CAVITY_VOLUME, CHANNELS, FORCE, MOVED, PRESSURE, Channel
 from dolfingrip.charts.chart import Axis, Chart, Series
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
+from dolfingrip.experiments.feedforward import command_for
 from dolfingrip.experiments.filling import RestingFinger, step_response
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.following import StepResponse
 from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.experiments.rigs.pneumatics import line_of
+from dolfingrip.explore import policy
 from dolfingrip.explore.library import Blend, Library
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted, pressurised
@@ -64,7 +66,7 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
     charts = [_chart(kind, b, kind == wanted.view) for kind, b in blends.items()]
     numbers = _numbers(space, wanted, blends)
     highest_kPa = wanted.config.experiment.max_pressure_kPa
-    if space.supply is not None and (free := _resting(blends.get("bending"))):
+    if space.supply is not None and (free := resting(library, wanted)):
         filled = step_response(free, line_of(space.supply), highest_kPa)
         numbers.append(
             {"name": "Filled", "value": said(filled.reached_s, "s"), "said": filled.sentence}
@@ -137,14 +139,45 @@ def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
     return Chart(title, Axis(PRESSURE.label, PRESSURE.symbol), up, [series], note=note)
 
 
-def _resting(blend: Blend | None) -> RestingFinger | None:
-    """The free finger at rest; None where it is not solved, has no pressure or several cavities."""
-    if blend is None:
+def resting(library: Library, wanted: Wanted) -> RestingFinger | None:
+    """The free finger at rest; None where it is not solved, has no pressure or several cavities.
+
+    Args:
+        library: solved designs.
+        wanted: the design.
+    """
+    blend = library.blend(wanted, "bending")
+    if blend is None or not blend.checked:
         return None
     columns = (PRESSURE.name, CAVITY_VOLUME.name, ANGLE.name)
     finger = RestingFinger(*(blend.reading(column) for column in columns))
     rising = bool((np.diff(finger.pressure_kPa) > 0).all())
     return finger if rising and np.isfinite(finger.volume_mm3).all() else None
+
+
+def followed(
+    space: Space, wanted: Wanted, finger: RestingFinger | None, curve: tuple[Sequence[float], ...]
+) -> dict[str, Any]:
+    """Plain data of the commands with which a supply makes a design follow a curve.
+
+    Args:
+        space: what varies.
+        wanted: the design.
+        finger: it at rest; None where that is not known.
+        curve: times (s), and pressures (kPa) there.
+
+    Raises:
+        ConfigError: one line, where there are no commands.
+    """
+    if finger is None:
+        raise ConfigError("free bending: not solved; allowed: solved, of one cavity, above 0 kPa")
+    config = wanted.config.changed(supply=dict(space.supply or {}))
+    time_s, pressure_kPa = curve
+    control = command_for(
+        config, time_s, pressure_kPa=pressure_kPa, every_s=time_s[-1] / policy.CURVE_STEPS,
+        finger=finger,
+    )  # fmt: skip
+    return {"chart": html.charts_data([control.chart()])[0], "said": control.sentences()}
 
 
 def _filling(filled: StepResponse) -> Chart:

@@ -29,6 +29,12 @@ OUTSIDE: Final = 0.02
 """Distance from the solved designs' hull, in the same shares, up to which a design counts as lying
 among them."""
 
+CURVE_S: Final = (0.001, 3600.0)
+"""Shortest and longest rise and hold of a curve that a supply follows."""
+
+CURVE_STEPS: Final = 100
+"""Steps of such a curve; other designs wait while its commands are found."""
+
 GRASP_KPA: Final = 150.0
 """Highest pressure of a grasp where none is asked for."""
 

@@ -66,6 +66,7 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
             data=Markup(html.json_text(data)),
             sliders=space.sliders,
             pressure=space.pressure,
+            supply=space.supply,
             front=designs,
             axes=axes,
             view=view,
@@ -193,10 +194,10 @@ class Tab:
         if what == "show":
             self._newest = message
             self._asked.set()
-        elif what in ("solve", "cancel", "rig", "plan"):
+        elif what in ("solve", "cancel", "follow", "rig", "plan"):
             self._begin(self._do(str(what), message))
         else:
-            words = f"do = {what}: allowed: show, solve, cancel, rig, plan"
+            words = f"do = {what}: allowed: show, solve, cancel, follow, rig, plan"
             self._refuse("message", ConfigError(words))
 
     async def _do(self, what: str, message: dict[str, Any]) -> None:
@@ -206,12 +207,14 @@ class Tab:
                 await session.solve(message)
             elif what == "cancel":
                 await session.cancel()
+            elif what == "follow":
+                tell(await session.follow(message))
             elif what == "rig":
                 tell(await session.rig(message))
             else:
                 await session.plan(message, tell)
         except Exception as error:
-            self._refuse(what, error)
+            self._refuse(what, error, id=message.get("id"))
 
     async def _show(self) -> None:
         while True:

@@ -18,7 +18,7 @@ from dolfingrip.experiments.simulate import job
 from dolfingrip.explore import describe, rig
 from dolfingrip.explore.library import Library
 from dolfingrip.explore.space import Space
-from dolfingrip.explore.wanted import Wanted, read
+from dolfingrip.explore.wanted import Wanted, curve, read
 from dolfingrip.files import whole
 from dolfingrip.files.run import RunFile
 from dolfingrip.jobs.job import JobResult
@@ -97,6 +97,19 @@ class Session:
         )
         about = {"id": message.get("id"), "view": wanted.view, "design": wanted.design}
         return {"is": "shown", **about, **shown}
+
+    async def follow(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        """Find the supply's commands for a curve.
+
+        Raises:
+            ConfigError: one line.
+        """
+        wanted = read(self.space, message)
+        asked = curve(message, wanted.config.experiment.max_pressure_kPa)
+        finger = await self.work(describe.resting, self.library, wanted)
+        # in the thread of all designs: LSODA solves one problem at a time
+        found = await self.work(describe.followed, self.space, wanted, finger, asked)
+        return {"is": "followed", "id": message.get("id"), **found}
 
     def folder(self, wanted: Wanted) -> Path:
         """Where the solution of a design is; that on a coarse mesh is no result as configured."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError
@@ -93,6 +94,30 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
     elif space.pressure is not None:
         config = pressurised(config, _pressure(message, space.base.experiment.max_pressure_kPa))
     return Wanted(view, inputs, config)
+
+
+def curve(message: Mapping[str, Any], highest_kPa: float) -> tuple[list[float], list[float]]:
+    """Read the curve that a supply should follow: a rise, a hold, a fall and a rest as long.
+
+    Args:
+        message: from a tab.
+        highest_kPa: that is held.
+
+    Returns:
+        Times (s), and the pressures (kPa) there.
+
+    Raises:
+        ConfigError: one line naming the key, its value and what is allowed.
+    """
+    parts = []
+    for key in ("rise_s", "hold_s"):
+        value = _number(key, _table(message, "curve").get(key))
+        low, high = policy.CURVE_S
+        if not low <= value <= high:
+            raise ConfigError(f"{key} = {value:g}: allowed: {low:g} to {high:g} s")
+        parts.append(value)
+    times = [0.0, *accumulate(2 * parts)]
+    return times, [0.0, highest_kPa, highest_kPa, 0.0, 0.0]
 
 
 def pressurised(config: Config, largest_kPa: float) -> Config:

@@ -19,9 +19,10 @@ from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import campaign, plan
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.diagnosis.data import rig as rigs
+from dolfingrip.experiments.filling import RestingFinger
 from dolfingrip.explore import describe, rig, server, space
 from dolfingrip.explore.library import Library, weights
-from dolfingrip.explore.wanted import Wanted, read
+from dolfingrip.explore.wanted import Wanted, curve, read
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.report.page import run_scene, sources
 from dolfingrip.report.page.scene import Scene
@@ -217,3 +218,29 @@ def test_a_supply_fills_designs_that_are_solved_at_rest(tmp_path: Path) -> None:
     syringe = {"supply.source": "syringe", "experiment.control": "volume"}
     with pytest.raises(ConfigError, match=r'supply\.source = "syringe"'):
         space.of_results([], None, syringe, varied)
+
+
+@pytest.mark.parametrize(
+    ("rise_s", "told"),
+    [
+        (0.4, "it follows the curve within "),
+        (0.05, "the cavity is 27.5 kPa below the curve after 0.05 s, though the valve is fully"),
+    ],
+)
+def test_a_supply_follows_the_curve_of_a_tab(rise_s: float, told: str) -> None:
+    """A choked valve fills 4 cm³ from a large tank: C p₁ = 0.01 dm³/s, or 250 kPa/s at most."""
+    tank = assignments([
+        "supply.source=tank", "supply.tank_cm3=1e6", "supply.tank_kPa=898.675",
+        "supply.valve_dm3_per_s_bar=0.001", "supply.exhaust_dm3_per_s_bar=1",
+        "supply.tube_cm3=0.01", "supply.exponent=1", "experiment.max_pressure_kPa=40",
+    ])  # fmt: skip
+    found = space.of_results([], None, tank, ["finger.wall_mm=1.4:2.2"])
+    wanted = read(found, {"view": "bending"})
+    rigid = RestingFinger(np.array([0.0, 40.0]), np.full(2, 4000.0), np.zeros(2))
+    asked = curve({"curve": {"rise_s": rise_s, "hold_s": 0.2}}, 40.0)
+    assert asked[0] == pytest.approx([0, rise_s, rise_s + 0.2, 2 * rise_s + 0.2, 2 * rise_s + 0.4])
+    shown = describe.followed(found, wanted, rigid, asked)
+    valve = np.array(shown["chart"]["below"]["series"][0]["y"])
+    assert valve[5] == pytest.approx(min(40 / rise_s / 250, 1.0), rel=0.02)
+    assert shown["said"][0].startswith("at best the cavity has 95 % of 40 kPa 0.15 s after")
+    assert shown["said"][1].startswith(told)

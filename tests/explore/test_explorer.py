@@ -24,7 +24,7 @@ from dolfingrip.serving.guard import Handover
 
 SHORT = (
     "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=2",
-    "experiment.max_pressure_kPa=60", "experiment.step_kPa=30",
+    "experiment.max_pressure_kPa=60", "experiment.step_kPa=30", "supply.valve_dm3_per_s_bar=0.01",
 )  # fmt: skip
 SOLVE_MS = 120_000
 
@@ -138,6 +138,23 @@ def test_a_design_is_solved_and_exported(page: Page, server: Server, tmp_path: P
     assert solid.volume > 1000
     assert volumes["step"].read_text().startswith("ISO-10303-21;")
     assert re.search(r"^xi1 = 0\.4", volumes["toml"].read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_a_solved_design_has_commands_for_a_curve(page: Page) -> None:
+    """One that is slow enough is followed; what is too fast, and no curve, is said."""
+    said, charts = page.locator("#follow-said"), page.locator("#follow-chart svg")
+    page.fill("#wish-rise_s", "5")
+    page.locator("#wish-rise_s").blur()
+    expect(said).to_contain_text("it follows the curve within")
+    expect(charts).to_have_count(2)
+    assert page.inner_text("#follow-key").split("\n") == ["tube", "cavity", "wished", "set point"]
+    page.fill("#wish-rise_s", "0.01")
+    page.locator("#wish-rise_s").blur()
+    expect(said).to_contain_text("though the set point is the highest")
+    page.fill("#wish-rise_s", "0")
+    page.locator("#wish-rise_s").blur()
+    expect(said).to_have_text("rise_s = 0: allowed: 0.001 to 3600 s")
+    expect(charts).to_have_count(0)
 
 
 def test_two_tabs_have_a_design_each(context: BrowserContext, page: Page, server: Server) -> None:

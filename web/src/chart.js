@@ -187,7 +187,10 @@ export function stackedChart(box, spec, options = {}) {
       ...each, left, x: { ...each.x, ends: xEnds }, height: i ? LOWER : undefined,
     }, options),
   );
-  return { mark: (now) => parts.forEach((part) => part.mark(now)) };
+  return {
+    mark: (now) => parts.forEach((part) => part.mark(now)),
+    dispose: () => parts.forEach((part) => part.dispose()),
+  };
 }
 
 /** Lines, points, bands and error bars over one axis. */

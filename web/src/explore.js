@@ -8,6 +8,7 @@ import { Socket } from './socket.js';
 import { Stage } from './stage.js';
 import { themes } from './theme.js';
 import { webgl } from './viewer.js';
+import { Wish } from './wish.js';
 
 const $ = (id) => document.getElementById(id);
 const root = document.documentElement;
@@ -66,7 +67,9 @@ class Explorer {
       hear: (message) => this.#hear(message),
       state: (open) => this.#connection(open),
     });
-    this.rig = new Rig((message) => this.socket.send({ ...message, ...this.design() }));
+    const send = (message) => this.socket.send({ ...message, ...this.design() });
+    this.rig = new Rig(send);
+    if ($('wish')) this.wish = new Wish(send);
     const own = { view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper(), of: OF };
     const linked = this.history.linked();
     if (linked && this.#fits(linked)) this.#set(linked);
@@ -111,6 +114,7 @@ class Explorer {
     root.classList.add('stale');
     $('shape').inert = $('keep').disabled = true;
     this.known = null;
+    this.wish?.clear();
     this.#badge('rebuilding');
     this.#solvable('The design is being rebuilt');
     this.socket.send({ do: 'show', id: this.asked, ...this.design() });
@@ -295,6 +299,7 @@ class Explorer {
       button.setAttribute('aria-pressed', button.dataset.view === state.view);
     }
     $('gripper').hidden = $('food').hidden = state.view !== 'grasp';
+    if (this.wish) $('wish').hidden = state.view === 'grasp';
     this.ask();
     this.#rest();
   }
@@ -332,6 +337,7 @@ class Explorer {
     else if (is === 'error' && about === 'solve' && (message.design ?? this.known) !== this.known) {
       return; // of another tab's design
     } else if (is === 'error' && ['solve', 'message'].includes(about)) this.#fail(message.text);
+    else if (is === 'followed' || about === 'follow') this.wish.hear(message);
     else this.rig.hear(message);
   }
 
@@ -419,12 +425,14 @@ class Explorer {
     this.#solveAtRest();
   }
 
-  /** The picture in the history, once nothing else is to be done. */
+  /** The supply's commands and the picture in the history, once nothing else is to be done. */
   #picture() {
     clearTimeout(this.drawing);
     const { asked } = this;
     this.drawing = setTimeout(() => {
-      if (asked !== this.asked || !this.stage?.viewer) return;
+      if (asked !== this.asked) return;
+      this.wish?.ask();
+      if (!this.stage?.viewer) return;
       this.history.picture(this.stage.viewer.image(THUMB.width, THUMB.height, { plain: true }));
     }, REST_MS);
   }

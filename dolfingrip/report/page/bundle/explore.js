@@ -42,6 +42,7 @@
   var NEAR = 26;
   var CAP = 3;
   var EQUAL = { least: 200, most: 460 };
+  var LOWER = 170;
   var FEW = 80;
   var DENSE = 300;
   function svg(parent, name, attributes = {}, text = null) {
@@ -69,8 +70,8 @@
     const longest = Math.max(...ticks(...yEnds, 5).map((v) => formatted(v).length), 1);
     return Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
   }
-  function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below, equal }) {
-    const width = Math.max(240, box.clientWidth);
+  function frame(box2, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below, equal }) {
+    const width = Math.max(240, box2.clientWidth);
     let tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
     if (equal) {
       const [w, edges] = [width - left - MARGIN.right, MARGIN.top + MARGIN.bottom];
@@ -80,8 +81,8 @@
       xEnds = widened(xEnds, pixel * w);
       yEnds = widened(yEnds, pixel * (tall - edges));
     }
-    box.replaceChildren();
-    const root3 = svg(box, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
+    box2.replaceChildren();
+    const root3 = svg(box2, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
     const [right, bottom] = [width - MARGIN.right, tall - (below ? MARGIN.shared : MARGIN.bottom)];
     const ups = ticks(...yEnds, 5);
     const across = (v) => left + (v - xEnds[0]) / (xEnds[1] - xEnds[0]) * (right - left);
@@ -112,10 +113,10 @@
     return { root: root3, across, up, width, tall, right, bottom, top: MARGIN.top, left, inverse };
   }
   var Tip = class {
-    constructor(box) {
-      this.box = box;
+    constructor(box2) {
+      this.box = box2;
       this.node = element("div", { class: "tip", role: "status", hidden: "" });
-      box.after(this.node);
+      box2.after(this.node);
     }
     show(x, y, title, rows) {
       this.node.replaceChildren(element("b", {}, title));
@@ -135,14 +136,14 @@
       this.node.hidden = true;
     }
   };
-  function onWidth(box, draw) {
+  function onWidth(box2, draw) {
     let width = 0;
     const observer = new ResizeObserver(() => {
-      if (Math.abs(box.clientWidth - width) < 2) return;
-      width = box.clientWidth;
+      if (Math.abs(box2.clientWidth - width) < 2) return;
+      width = box2.clientWidth;
       draw();
     });
-    observer.observe(box);
+    observer.observe(box2);
     draw();
     return observer;
   }
@@ -181,15 +182,32 @@
     ...every(spec, "high"),
     ...(spec.limits ?? []).map((limit) => limit.y)
   ]);
-  function lineChart(box, spec, { pick = () => {
+  function stackedChart(box2, spec, options = {}) {
+    const all = [spec, spec.below].filter(Boolean);
+    const xEnds = spec.x.ends ?? ends(all.flatMap((each) => every(each, "x")));
+    const left = Math.max(...all.map((each) => leftOf(yEndsOf(each))));
+    const parts = all.map(
+      (each, i) => lineChart(box2.children[i].firstElementChild, {
+        ...each,
+        left,
+        x: { ...each.x, ends: xEnds },
+        height: i ? LOWER : void 0
+      }, options)
+    );
+    return {
+      mark: (now) => parts.forEach((part) => part.mark(now)),
+      dispose: () => parts.forEach((part) => part.dispose())
+    };
+  }
+  function lineChart(box2, spec, { pick = () => {
   } } = {}) {
-    const tip = new Tip(box);
+    const tip = new Tip(box2);
     let times = {};
     let drawn = null;
     const xEnds = spec.x.ends ?? ends(every(spec, "x"));
     const yEnds = yEndsOf(spec);
     const draw = () => {
-      const f = drawn = frame(box, { ...spec, xEnds, yEnds });
+      const f = drawn = frame(box2, { ...spec, xEnds, yEnds });
       for (const limit of spec.limits ?? []) {
         const y = f.up(limit.y);
         const kind = limit.label ? "limit" : "limit zero";
@@ -300,11 +318,11 @@
         svg(drawn.marks, "circle", { cx: at, cy: drawn.up(y), r: 5.5, class: `now ${series.colour}` });
       }
     };
-    const observer = onWidth(box, draw);
+    const observer = onWidth(box2, draw);
     const dispose = () => {
       observer.disconnect();
       tip.node.remove();
-      box.replaceChildren();
+      box2.replaceChildren();
     };
     return { mark, spec, dispose };
   }
@@ -317,10 +335,10 @@
     });
     return best !== null && Math.abs(series.x[best] - x) <= 0.06 * (high - low) ? best : null;
   }
-  function scatterChart(box, spec, { choose = () => {
+  function scatterChart(box2, spec, { choose = () => {
   }, take = () => {
   } } = {}) {
-    const tip = new Tip(box);
+    const tip = new Tip(box2);
     let chosen = -1;
     let place = null;
     const { points, line } = spec;
@@ -343,7 +361,7 @@
       tip.show(f.across(p.x), f.up(p.y), p.label, values);
     };
     const draw = () => {
-      f = frame(box, { ...spec, xEnds, yEnds, height: Math.min(360, Math.max(260, box.clientWidth * 0.7)) });
+      f = frame(box2, { ...spec, xEnds, yEnds, height: Math.min(360, Math.max(260, box2.clientWidth * 0.7)) });
       f.root.removeAttribute("role");
       if (line) {
         const way = path(line.x.map((x, i) => [f.across(x), f.up(line.y[i])]));
@@ -401,7 +419,7 @@
       place = at;
       cross();
     };
-    onWidth(box, draw);
+    onWidth(box2, draw);
     return { select, here };
   }
 
@@ -520,7 +538,7 @@
       const numbers = (names) => Object.fromEntries(names.map((name) => [name, value(name)]));
       const boxes = document.querySelectorAll("[name=experiments]:checked");
       const protocol = { ...numbers(PROTOCOL), unload: $("unload").checked, tip: $("tip").checked };
-      const experiments = [...boxes].map((box) => box.value);
+      const experiments = [...boxes].map((box2) => box2.value);
       return { experiments, ...numbers(RIG), protocol };
     }
     hear(message) {
@@ -684,10 +702,10 @@
     /** A canvas for the present view, what draws on it, and what lets the screen go on. */
     #begin(height) {
       const { viewer } = this.stage;
-      const box = $2("view").getBoundingClientRect();
-      const enlarged = height / box.height;
+      const box2 = $2("view").getBoundingClientRect();
+      const enlarged = height / box2.height;
       const even = (px) => 2 * Math.round(px / 2);
-      const [w, h] = [even(box.width * enlarged), height];
+      const [w, h] = [even(box2.width * enlarged), height];
       const canvas = document.createElement("canvas");
       canvas.width = w + even(SCALE.width * enlarged);
       canvas.height = h + even(TITLE_PX * enlarged);
@@ -702,8 +720,8 @@
         context.save();
         context.scale(enlarged, enlarged);
         context.fillStyle = context.strokeStyle = ink;
-        this.#words(context, box.width, box.height);
-        if (this.stage.coloured) this.#scale(context, box.width, box.height);
+        this.#words(context, box2.width, box2.height);
+        if (this.stage.coloured) this.#scale(context, box2.width, box2.height);
         context.restore();
       };
       return { canvas, draw, release };
@@ -1263,8 +1281,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
      * @param {{fields: Object<string, {rgb: number[]}>, label?: string}} options colours of each field
      *     as 256 times red, green, blue; `label`: what the canvas is called for those who cannot see
      */
-    constructor(box, { fields, label = "" }) {
-      this.box = box;
+    constructor(box2, { fields, label = "" }) {
+      this.box = box2;
       this.panes = [];
       this.field = "displacement";
       this.range = [0, 1];
@@ -1278,7 +1296,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.canvas.setAttribute("aria-label", label);
       this.sheet = document.createElement("canvas");
       this.sheet.className = "sheet";
-      box.append(this.canvas, this.sheet);
+      box2.append(this.canvas, this.sheet);
       this.renderer = new WebGLRenderer({
         canvas: this.canvas,
         antialias: !this.software,
@@ -1293,7 +1311,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.eye.up.set(0, 0, 1);
       this.#orbits();
       this.observer = new ResizeObserver(() => this.#resize());
-      this.observer.observe(box);
+      this.observer.observe(box2);
       this.#resize();
     }
     #orbits() {
@@ -1401,15 +1419,15 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** The value under a point of the window: `{pane, part, value}`; null beside the models. */
     probe(clientX, clientY) {
-      const box = this.canvas.getBoundingClientRect();
-      const found = this.#tiles(box.width, box.height).findIndex(
-        ([x2, y2, w2, h2]) => clientX - box.left >= x2 && clientX - box.left < x2 + w2 && clientY - box.top >= y2 && clientY - box.top < y2 + h2
+      const box2 = this.canvas.getBoundingClientRect();
+      const found = this.#tiles(box2.width, box2.height).findIndex(
+        ([x2, y2, w2, h2]) => clientX - box2.left >= x2 && clientX - box2.left < x2 + w2 && clientY - box2.top >= y2 && clientY - box2.top < y2 + h2
       );
       if (found < 0) return null;
-      const [x, y, w, h] = this.#tiles(box.width, box.height)[found];
+      const [x, y, w, h] = this.#tiles(box2.width, box2.height)[found];
       const at = [
-        2 * (clientX - box.left - x) / w - 1,
-        1 - 2 * (clientY - box.top - y) / h
+        2 * (clientX - box2.left - x) / w - 1,
+        1 - 2 * (clientY - box2.top - y) / h
       ];
       this.#aim(w / h);
       const hit = this.panes[found].probe(at, this.eye);
@@ -1508,8 +1526,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     #extent() {
       if (this.size) return this.size;
-      const box = this.box.getBoundingClientRect();
-      return [Math.max(box.width, 2), Math.max(box.height, 2)];
+      const box2 = this.box.getBoundingClientRect();
+      return [Math.max(box2.width, 2), Math.max(box2.height, 2)];
     }
     #tiles(width, height, extent = [width, height]) {
       const count = this.panes.length;
@@ -1800,10 +1818,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           if (!found) return;
           const value = found.value === null ? "" : `: ${joined(formatted(found.value), this.fields[this.field].unit)}`;
           note.textContent = found.part + value;
-          const box = $3("view").getBoundingClientRect();
-          const left = Math.min(event.clientX - box.left + 14, box.width - note.offsetWidth - 4);
+          const box2 = $3("view").getBoundingClientRect();
+          const left = Math.min(event.clientX - box2.left + 14, box2.width - note.offsetWidth - 4);
           note.style.left = `${left}px`;
-          note.style.top = `${event.clientY - box.top + 12}px`;
+          note.style.top = `${event.clientY - box2.top + 12}px`;
         });
       };
       canvas.addEventListener("pointermove", move);
@@ -1898,10 +1916,53 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     return apply;
   }
 
-  // src/explore.js
+  // src/wish.js
   var $4 = (id) => document.getElementById(id);
+  var CURVE = ["rise_s", "hold_s"];
+  var box = (name) => $4(`wish-${name}`);
+  var Wish = class {
+    constructor(send) {
+      this.send = send;
+      this.asked = 0;
+      for (const name of CURVE) {
+        box(name).addEventListener("change", () => {
+          if (box(name).value === "") box(name).value = box(name).defaultValue;
+          this.ask();
+        });
+      }
+    }
+    /** Ask for the commands of the design that is shown. */
+    ask() {
+      if ($4("wish").hidden) return;
+      this.clear(["finding the commands"]);
+      const curve = Object.fromEntries(CURVE.map((name) => [name, +box(name).value]));
+      this.send({ do: "follow", id: this.asked, curve });
+    }
+    /** Show sentences alone; what was asked for before is of another design or curve. */
+    clear(said = []) {
+      this.asked += 1;
+      this.#show(said);
+    }
+    hear({ id, text, said = [text], chart }) {
+      if (id === this.asked) this.#show(said, chart);
+    }
+    #show(said, spec = null) {
+      this.chart?.dispose();
+      this.chart = spec && stackedChart($4("follow-chart"), spec);
+      $4("follow-said").textContent = said.join("; ");
+      const keys = [...spec?.series ?? [], ...spec?.below.series ?? []].map(({ colour, style, name }) => {
+        const key = element("span", { class: `${colour} ${style}` });
+        key.append(element("i"), name);
+        return key;
+      });
+      $4("follow-key").replaceChildren(...keys);
+    }
+  };
+
+  // src/explore.js
+  var $5 = (id) => document.getElementById(id);
   var root2 = document.documentElement;
-  var data = JSON.parse($4("data").textContent);
+  var data = JSON.parse($5("data").textContent);
   var GRIPPER = ["L_mm", "W_mm", "R_mm"];
   var FOOD = ["friction", "turn_deg"];
   var EXPORTS = ["stl", "step", "toml"];
@@ -1919,12 +1980,12 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       await navigator.clipboard.writeText(text);
       return true;
     } catch {
-      const box = element("textarea", { readonly: "" });
-      box.value = text;
-      document.body.append(box);
-      box.select();
+      const box2 = element("textarea", { readonly: "" });
+      box2.value = text;
+      document.body.append(box2);
+      box2.select();
       const done = document.execCommand("copy");
-      box.remove();
+      box2.remove();
       return done;
     }
   }
@@ -1943,7 +2004,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.charts = [];
       this.kept = null;
       this.views = [];
-      this.history = new History($4("history"), { undo: $4("undo"), redo: $4("redo") }, (state) => this.#restore(state));
+      this.history = new History($5("history"), { undo: $5("undo"), redo: $5("redo") }, (state) => this.#restore(state));
       this.there = webgl().there;
       root2.classList.toggle("webgl", this.there);
       this.apply = themes(this.views);
@@ -1953,7 +2014,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         hear: (message) => this.#hear(message),
         state: (open) => this.#connection(open)
       });
-      this.rig = new Rig((message) => this.socket.send({ ...message, ...this.design() }));
+      const send = (message) => this.socket.send({ ...message, ...this.design() });
+      this.rig = new Rig(send);
+      if ($5("wish")) this.wish = new Wish(send);
       const own = { view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper(), of: OF };
       const linked = this.history.linked();
       if (linked && this.#fits(linked)) this.#set(linked);
@@ -1991,13 +2054,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.asked += 1;
       root2.dataset.asked = this.asked;
       root2.classList.add("stale");
-      $4("shape").inert = $4("keep").disabled = true;
+      $5("shape").inert = $5("keep").disabled = true;
       this.known = null;
+      this.wish?.clear();
       this.#badge("rebuilding");
       this.#solvable("The design is being rebuilt");
       this.socket.send({ do: "show", id: this.asked, ...this.design() });
       const text = encodeURIComponent(JSON.stringify(this.design()));
-      for (const suffix of EXPORTS) $4(suffix).href = `/export/${suffix}?design=${text}`;
+      for (const suffix of EXPORTS) $5(suffix).href = `/export/${suffix}?design=${text}`;
       clearTimeout(this.resting);
       this.rested = false;
     }
@@ -2015,18 +2079,18 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.resting = setTimeout(() => this.#rest(), REST_MS);
     }
     #solveAtRest() {
-      const wanted = this.rested && this.touched && $4("auto").checked && this.state.view !== "grasp";
+      const wanted = this.rested && this.touched && $5("auto").checked && this.state.view !== "grasp";
       if (!wanted || !this.known || this.solved || this.sent === this.known) return;
       this.#solve();
     }
     #solve() {
       this.sent = this.known;
-      $4("error").hidden = true;
+      $5("error").hidden = true;
       this.socket.send({ do: "solve", ...this.design() });
     }
     #controls() {
       for (const slider of this.sliders) {
-        for (const input of [$4(`p-${slider.id}`), $4(`n-${slider.id}`)]) {
+        for (const input of [$5(`p-${slider.id}`), $5(`n-${slider.id}`)]) {
           input.addEventListener("input", () => {
             if (input.value === "") return;
             this.#change(slider, short(input.value), input);
@@ -2049,9 +2113,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         button.addEventListener("click", () => this.#set({ ...this.state, view: button.dataset.view }));
       }
       for (const name of CONTROLS) {
-        $4(name).addEventListener(name === "alpha" ? "input" : "change", () => {
-          if (name === "pose") $4("alpha").value = data.alpha_deg[$4("pose").value];
-          if ($4(name).value === "" && $4(name).defaultValue) $4(name).value = $4(name).defaultValue;
+        $5(name).addEventListener(name === "alpha" ? "input" : "change", () => {
+          if (name === "pose") $5("alpha").value = data.alpha_deg[$5("pose").value];
+          if ($5(name).value === "" && $5(name).defaultValue) $5(name).value = $5(name).defaultValue;
           this.state = { ...this.state, gripper: this.#gripper() };
           this.#alpha();
           this.touched = true;
@@ -2059,27 +2123,27 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           this.#restSoon();
         });
       }
-      $4("solve").addEventListener("click", () => {
+      $5("solve").addEventListener("click", () => {
         this.touched = true;
         this.#rest();
         this.#solve();
       });
-      $4("auto").addEventListener("change", () => this.#solveAtRest());
-      $4("cancel").addEventListener("click", () => this.socket.send({ do: "cancel" }));
-      $4("reset").addEventListener("click", () => this.#set({ ...this.state, values: this.start, own: {} }));
-      $4("keep").addEventListener("click", () => {
+      $5("auto").addEventListener("change", () => this.#solveAtRest());
+      $5("cancel").addEventListener("click", () => this.socket.send({ do: "cancel" }));
+      $5("reset").addEventListener("click", () => this.#set({ ...this.state, values: this.start, own: {} }));
+      $5("keep").addEventListener("click", () => {
         this.kept = this.kept || !this.scene ? null : { ...this.scene, title: `kept: ${this.#named()}` };
-        $4("keep").setAttribute("aria-pressed", this.kept !== null);
+        $5("keep").setAttribute("aria-pressed", this.kept !== null);
         this.#stage();
       });
-      $4("link").addEventListener("click", async () => {
-        $4("link").textContent = await copied(location.href) ? "Copied" : "Copy it from the address bar";
-        setTimeout(() => $4("link").textContent = "Copy link", 1500);
+      $5("link").addEventListener("click", async () => {
+        $5("link").textContent = await copied(location.href) ? "Copied" : "Copy it from the address bar";
+        setTimeout(() => $5("link").textContent = "Copy link", 1500);
       });
     }
     /** What the gripper's and the food's controls say. */
     #gripper() {
-      return Object.fromEntries(CONTROLS.map((name) => [name, $4(name).value]));
+      return Object.fromEntries(CONTROLS.map((name) => [name, $5(name).value]));
     }
     #change(slider, value, input) {
       const { view, values, own } = this.state;
@@ -2120,7 +2184,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const { textContent: text, dataset } = button;
       [button.textContent, dataset.other] = [dataset.other, text];
       button.setAttribute("aria-expanded", opens);
-      $4(`c-${dataset.of}`).hidden = !opens;
+      $5(`c-${dataset.of}`).hidden = !opens;
     }
     /** What differs from a state before, in words. */
     #changed(before) {
@@ -2134,22 +2198,22 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     /** Show the sliders' values, but not in what is typed in. */
     #labels(typed = null) {
       for (const slider of this.sliders) {
-        const [range, box] = [$4(`p-${slider.id}`), $4(`n-${slider.id}`)];
+        const [range, box2] = [$5(`p-${slider.id}`), $5(`n-${slider.id}`)];
         const value = this.#value(slider);
         if (range !== typed) range.value = value;
-        if (box !== typed) box.value = value;
+        if (box2 !== typed) box2.value = value;
         range.setAttribute("aria-valuetext", joined(formatted(value), slider.unit));
         range.parentElement.classList.toggle("own", slider.key in this.state.own);
       }
     }
     #alpha() {
-      $4("o-alpha").textContent = joined(formatted(+$4("alpha").value), "°");
+      $5("o-alpha").textContent = joined(formatted(+$5("alpha").value), "°");
     }
     /** Show a state: of the history, of a link, of a point of the front. */
     #set(state, touched = true) {
       this.state = { own: {}, ...state };
       this.touched ||= touched;
-      for (const [name, value] of Object.entries(state.gripper)) $4(name).value = value;
+      for (const [name, value] of Object.entries(state.gripper)) $5(name).value = value;
       this.#alpha();
       this.#labels();
       for (const button of document.querySelectorAll(".each")) {
@@ -2159,13 +2223,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       for (const button of document.querySelectorAll("[data-view]")) {
         button.setAttribute("aria-pressed", button.dataset.view === state.view);
       }
-      $4("gripper").hidden = $4("food").hidden = state.view !== "grasp";
+      $5("gripper").hidden = $5("food").hidden = state.view !== "grasp";
+      if (this.wish) $5("wish").hidden = state.view === "grasp";
       this.ask();
       this.#rest();
     }
     #front() {
       if (!data.front) return;
-      this.front = scatterChart($4("front-chart"), data.front, {
+      this.front = scatterChart($5("front-chart"), data.front, {
         take: (i) => {
           const { inputs } = data.front.points[i];
           const values = this.state.values.map((value, n) => inputs[data.sliders[n]?.key] ?? value);
@@ -2181,7 +2246,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         this.rested = true;
       }
       this.lost = !open;
-      if (!open) $4("state").textContent = "not connected: is dolfingrip explore running?";
+      if (!open) $5("state").textContent = "not connected: is dolfingrip explore running?";
     }
     #hear(message) {
       const { is, about } = message;
@@ -2194,6 +2259,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       else if (is === "error" && about === "solve" && (message.design ?? this.known) !== this.known) {
         return;
       } else if (is === "error" && ["solve", "message"].includes(about)) this.#fail(message.text);
+      else if (is === "followed" || about === "follow") this.wish.hear(message);
       else this.rig.hear(message);
     }
     /** A refusal with the labels of the page in place of keys. */
@@ -2201,9 +2267,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       return this.sliders.reduce((found, { key, label }) => found.replaceAll(key, label), text);
     }
     #fail(text) {
-      $4("error").textContent = this.#worded(text);
-      $4("error").title = text;
-      $4("error").hidden = false;
+      $5("error").textContent = this.#worded(text);
+      $5("error").title = text;
+      $5("error").hidden = false;
     }
     /** There is no such design: nothing is shown but why. */
     #refused({ id, text }) {
@@ -2213,9 +2279,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       if (this.rested) this.history.refused();
       this.#badge("no such design");
       this.#solvable(this.#worded(text));
-      for (const suffix of EXPORTS) $4(suffix).removeAttribute("href");
+      for (const suffix of EXPORTS) $5(suffix).removeAttribute("href");
       this.scene = null;
-      $4("where").textContent = "";
+      $5("where").textContent = "";
       this.#numbers([]);
       this.#curves([]);
       this.front?.here(null);
@@ -2223,27 +2289,27 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       root2.dataset.shown = id;
     }
     #solvable(reason) {
-      $4("solve").disabled = Boolean(reason);
-      $4("solve").title = reason;
-      $4("solve").textContent = this.solved && !root2.classList.contains("stale") ? "Solved" : "Solve";
+      $5("solve").disabled = Boolean(reason);
+      $5("solve").title = reason;
+      $5("solve").textContent = this.solved && !root2.classList.contains("stale") ? "Solved" : "Solve";
     }
     #badge(text) {
-      $4("badge").textContent = text;
-      $4("badge").hidden = !text;
+      $5("badge").textContent = text;
+      $5("badge").hidden = !text;
     }
     #state({ counts, working }) {
       const told = Object.entries(counts).map(([kind, n]) => `${n} of ${SOLVED[kind]}`);
-      $4("state").textContent = `solved: ${told.join(", ")}`;
-      $4("working").hidden = !working;
+      $5("state").textContent = `solved: ${told.join(", ")}`;
+      $5("working").hidden = !working;
       root2.dataset.working = Boolean(working);
       if (!working) return;
       const { done, total, note } = working;
-      if (total) $4("bar-work").value = done / total;
-      else $4("bar-work").removeAttribute("value");
+      if (total) $5("bar-work").value = done / total;
+      else $5("bar-work").removeAttribute("value");
       const view = SOLVED[working.view] ?? "grasp";
       const which = working.design === this.known || !this.known ? view : `${view} of another design`;
       const mesh = working.coarse ? ", coarse mesh" : "";
-      $4("work-said").textContent = `${which}${mesh}: ${total ? `${done} of ${total}, ` : ""}${note}`;
+      $5("work-said").textContent = `${which}${mesh}: ${total ? `${done} of ${total}, ` : ""}${note}`;
     }
     /** Show what is known of a design: its numbers and where they come from, once its picture is there. */
     async #show(message) {
@@ -2251,12 +2317,12 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       [this.scene] = message.scenes;
       await this.#stage(message.said);
       if (message.id !== this.asked) return;
-      $4("error").hidden ||= this.known !== message.design;
+      $5("error").hidden ||= this.known !== message.design;
       if (this.notice) this.#fail(this.notice);
       this.notice = "";
       this.known = message.design;
       this.solved = message.solved;
-      $4("where").textContent = message.said;
+      $5("where").textContent = message.said;
       this.#numbers(message.numbers);
       this.#curves(message.charts);
       if (this.front) {
@@ -2265,7 +2331,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         this.front.here(place[x] === void 0 ? null : [place[x], place[y]]);
       }
       root2.classList.remove("stale");
-      $4("shape").inert = $4("keep").disabled = false;
+      $5("shape").inert = $5("keep").disabled = false;
       this.#badge(message.badge);
       this.#solvable(message.solved ? "It is solved" : "");
       root2.dataset.origin = message.said;
@@ -2273,12 +2339,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.#picture();
       this.#solveAtRest();
     }
-    /** The picture in the history, once nothing else is to be done. */
+    /** The supply's commands and the picture in the history, once nothing else is to be done. */
     #picture() {
       clearTimeout(this.drawing);
       const { asked } = this;
       this.drawing = setTimeout(() => {
-        if (asked !== this.asked || !this.stage?.viewer) return;
+        if (asked !== this.asked) return;
+        this.wish?.ask();
+        if (!this.stage?.viewer) return;
         this.history.picture(this.stage.viewer.image(THUMB.width, THUMB.height, { plain: true }));
       }, REST_MS);
     }
@@ -2289,20 +2357,20 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         card.append(element("span", { class: "verdict none" }, said));
         return card;
       });
-      $4("numbers").replaceChildren(...cards);
+      $5("numbers").replaceChildren(...cards);
     }
     #curves(specs) {
       for (const chart of this.charts) chart.dispose();
-      $4("curves").replaceChildren();
+      $5("curves").replaceChildren();
       this.charts = specs.map((spec) => {
         const card = element("figure", { class: "card" });
         const plot = element("div", { class: "plot" });
-        const box = element("div", { class: "chart" });
-        plot.append(box);
+        const box2 = element("div", { class: "chart" });
+        plot.append(box2);
         card.append(element("h3", {}, `${spec.title}, ${spec.series[0].name}`), plot);
         if (spec.note) card.append(element("p", { class: "note" }, spec.note));
-        $4("curves").append(card);
-        return lineChart(box, spec, { pick: (scene, index) => this.stage?.setTime(index) });
+        $5("curves").append(card);
+        return lineChart(box2, spec, { pick: (scene, index) => this.stage?.setTime(index) });
       });
       this.#mark();
     }

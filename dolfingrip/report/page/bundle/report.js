@@ -194,7 +194,10 @@
         height: i ? LOWER : void 0
       }, options)
     );
-    return { mark: (now) => parts.forEach((part) => part.mark(now)) };
+    return {
+      mark: (now) => parts.forEach((part) => part.mark(now)),
+      dispose: () => parts.forEach((part) => part.dispose())
+    };
   }
   function lineChart(box, spec, { pick = () => {
   } } = {}) {
