@@ -105,11 +105,11 @@ class Session:
             ConfigError: one line.
         """
         wanted = read(self.space, message)
-        asked = curve(message, wanted.config.experiment.max_pressure_kPa)
+        wished = curve(message, wanted.config.experiment.max_pressure_kPa)
         finger = await self.work(describe.resting, self.library, wanted)
         # in the thread of all designs: LSODA solves one problem at a time
-        found = await self.work(describe.followed, self.space, wanted, finger, asked)
-        return {"is": "followed", "id": message.get("id"), **found}
+        commands = await self.work(describe.followed, self.space, wanted, finger, wished)
+        return {"is": "followed", "id": message.get("id"), **commands}
 
     def folder(self, wanted: Wanted) -> Path:
         """Where the solution of a design is; that on a coarse mesh is no result as configured."""

@@ -272,7 +272,7 @@ def _proposal(
 
 
 def _paced(measurement: Measurement, test: SpecimenTest, pace: float) -> Proposal:
-    """What was measured in time, with its control so many times as fast."""
+    """Repeat what was measured in time, its control so many times as fast."""
     lines = measurement.rows(test.number).assign(test=0)
     lines["time_s"] /= pace
     columns = measurement.columns

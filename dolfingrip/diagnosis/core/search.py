@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import comb
 from typing import Final
 
@@ -137,18 +137,20 @@ def search(
     kept_coarse = {} if before is None else unchanged(before.coarse)
 
     def fit(starts: Mapping[Key, Sequence[np.ndarray]]) -> None:
-        above = np.inf
-        for level in sorted(levels, reverse=True):  # a large discrepancy has fewer local minima
-            missing = {
-                (causes, at): [*places, *([zeta[causes, above]] if (causes, above) in zeta else [])]
-                for (causes, at), places in starts.items()
-                if at == level and (causes, at) not in kept
-            }
-            fits = _fits(problem, missing, SETTLED)
-            for key in (key for key in starts if key[1] == level):
-                modes[key] = fits.get(key) or kept[key]
-                zeta[key] = max(modes[key], key=lambda mode: mode.log_evidence).zeta
-            above = level
+        missing = {key: places for key, places in starts.items() if key not in kept}
+        fits = kept | _fits(problem, missing, SETTLED)
+        for above, level in pairwise(sorted(levels, reverse=True)):
+            # a large discrepancy has fewer local minima
+            lower = {
+                (causes, at): [_likeliest_mode(fits[causes, above]).zeta]
+                for causes, at in missing
+                if at == level and (causes, above) in fits
+                and _misses_less(problem, fits[causes, above], fits[causes, at])
+            }  # fmt: skip
+            fits |= _fits(problem, lower, SETTLED)
+        for key in starts:
+            modes[key] = fits[key]
+            zeta[key] = _likeliest_mode(fits[key]).zeta
 
     fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in levels})
     fit({
@@ -173,6 +175,20 @@ def search(
     every_fit = [mode for fits in modes.values() for mode in fits]
     weighed = _weighed(problem, every_fit, rng if sample else None)
     return replace(weighed, modes=modes, coarse=coarse)
+
+
+def _likeliest_mode(modes: Sequence[MapFit]) -> MapFit:
+    return max(modes, key=lambda mode: mode.log_evidence)
+
+
+def _misses_less(
+    problem: InferenceProblem, others: Sequence[MapFit], modes: Sequence[MapFit]
+) -> bool:
+    """Tell if fits under another discrepancy have numbers that follow the readings better."""
+    other, mode = map(_likeliest_mode, (others, modes))
+    off = problem.every_value - problem.every_reading(other.subset, other.zeta)[0]
+    missed = float(np.square(problem.levels[mode.level].whitened(off)).sum())
+    return missed < mode.misfit - 2 * problem.policy.log_odds
 
 
 def _fits(

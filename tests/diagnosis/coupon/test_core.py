@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from scipy.stats import multivariate_normal
 
 from dolfingrip.config import NO_CHANGE
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel, smooth_curves
+from dolfingrip.diagnosis.answer.refining import doubtful
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents, places
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.fitting import Hypotheses, MapFit
@@ -354,6 +357,25 @@ def test_a_pair_cannot_be_more_likely_than_its_columns_allow() -> None:
     own = case(drawn(1.5 * WAVES["bent"]), WAVES)
     fit = fitted(own, ("bent", "wave"))
     assert Hypotheses(own, [("bent", "wave")]).largest(0.0)[0] > fit.log_evidence
+
+
+def test_fewer_causes_are_worked_out_before_a_second_one_is_named() -> None:
+    """Each alone is far from its simulation, and misses by more than any guess of what that errs.
+
+    Two causes act, and the pair has been simulated as often as it may.
+    """
+    both = {name: WAVES[name] for name in ("bent", "wave")}
+    own = case(drawn(8.0 * both["bent"], 8.0 * both["wave"]), both)
+    posterior = search(own, np.random.default_rng(SEED), sample=False)
+    _, best = max(posterior.weighed, key=lambda pair: pair[0])
+    assert own.causes(best.subset) == ("bent", "wave")
+    of = SimpleNamespace(closed_form=False, free=lambda fit: None)
+    tried = Counter({("bent", "wave"): own.policy.tries})
+    free, fits = doubtful(of, posterior, tried)  # type: ignore[arg-type]
+    assert not free
+    assert {own.causes(fit.subset) for fit in fits} == {("bent",), ("wave",)}
+    tried |= Counter(dict.fromkeys((("bent",), ("wave",)), own.policy.tries))
+    assert doubtful(of, posterior, tried) == ([], [])  # type: ignore[arg-type]
 
 
 def test_the_discrepancy_is_a_covariance_that_is_zero_at_rest() -> None:
