@@ -5,10 +5,9 @@ from there, and so some ln of evidence. An error of an instrument follows from t
 is there, and is worked out always; it is nearly linear in the model's own numbers, and so only
 those of the last simulation count. Of others, the hypothesis whose probability that could change
 most is simulated at its fit, until no change could matter. It can gain no more than half of what
-its χ² exceeds that of the most probable one, or the number of readings where that is less. A pair
-of coupons, whose simulation costs nothing, may miss twice as large a part before its first one, and
-however much that is. At last, each cause of the most probable pair is simulated alone at its fit,
-whatever it may miss; that of a coupon is simulated all over its prior from the start.
+its χ² exceeds that of the most probable one, or the number of readings where that is less. At
+last, each cause of the most probable pair is simulated alone at its fit, whatever it may miss; that
+of a coupon is simulated all over its prior from the start.
 """
 
 from __future__ import annotations
@@ -101,8 +100,6 @@ def doubtful(
         if p <= policy.matters and gain <= np.log1p(policy.matters / (p + np.finfo(float).tiny)):
             continue
         missed = extrapolated(problem, fit)
-        if analysis.closed_form and causes not in problem.runs:
-            missed = 2**2 * extrapolated(problem, fit, np.inf)
         hope = np.log(p + np.finfo(float).tiny) + min(missed, gain)
         change = float(max(np.exp(min(hope, 100.0)) - p, -p * np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
@@ -119,7 +116,7 @@ def doubtful(
     return list(free.values()), others or list(fewer.values())
 
 
-def extrapolated(problem: InferenceProblem, fit: MapFit, most: float | None = None) -> float:
+def extrapolated(problem: InferenceProblem, fit: MapFit) -> float:
     """ln of evidence that a fit's readings may miss, as they are not simulated.
 
     The readings change by some length, in standard deviations, from those simulated of the same
@@ -128,7 +125,6 @@ def extrapolated(problem: InferenceProblem, fit: MapFit, most: float | None = No
     Args:
         problem: with the simulations.
         fit: of one of its hypotheses.
-        most: standard deviations that are missed; twice what is implausible where None.
     """
     causes = problem.causes(fit.subset)
     here = problem.predicted(fit.subset, fit.zeta)
@@ -143,5 +139,4 @@ def extrapolated(problem: InferenceProblem, fit: MapFit, most: float | None = No
             every.append(here - problem.predicted(fewer, np.delete(fit.zeta, places)))
         off = min(every, key=lambda change: float(np.square(change / problem.noise).sum()))
     length, policy = float(np.linalg.norm(problem.levels[fit.level].whitened(off))), problem.policy
-    most = 2 * policy.unlikely if most is None else most
-    return 0.5 * min(policy.first_error * length, most) ** 2
+    return 0.5 * min(policy.first_error * length, 2 * policy.unlikely) ** 2

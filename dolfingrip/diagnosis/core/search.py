@@ -142,8 +142,8 @@ def search(
         for above, level in pairwise(sorted(levels, reverse=True)):
             # a large discrepancy has fewer local minima
             lower = {
-                (causes, at): [_likeliest_mode(fits[causes, above]).zeta]
-                for causes, at in missing
+                (causes, at): [_likeliest_mode(fits[causes, above]).zeta, *places]
+                for (causes, at), places in missing.items()
                 if at == level and (causes, above) in fits
                 and _misses_less(problem, fits[causes, above], fits[causes, at])
             }  # fmt: skip
