@@ -6,8 +6,8 @@ is there, and is worked out always; it is nearly linear in the model's own numbe
 those of the last simulation count. Of others, the hypothesis whose probability that could change
 most is simulated at its fit, until no change could matter. It can gain no more than half of what
 its χ² exceeds that of the most probable one, or the number of readings where that is less. At
-last, each cause of the most probable pair is simulated alone at its fit, whatever it may miss; that
-of a coupon is simulated all over its prior from the start.
+last, each cause of the most probable pair is simulated alone, at the pair's numbers and at its own
+fit, whatever it may miss; that of a coupon is simulated all over its prior from the start.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def doubtful(
     problem, free = posterior.problem, dict[Subset, MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
     fewer: dict[Subset, MapFit] = {}
-    most = problem.causes(max(posterior.weighed, key=lambda pair: pair[0])[1].subset)
+    alone = posterior.alone
     probability, policy = {id(fit): p for p, fit in posterior.weighed}, problem.policy
     leading = posterior.leaders(lambda fit: fit.level)
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
@@ -104,14 +104,11 @@ def doubtful(
         change = float(max(np.exp(min(hope, 100.0)) - p, -p * np.expm1(-missed)))
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit
-        elif (
-            causes
-            and not analysis.closed_form
-            and {*causes} < {*most}
-            and missed > policy.exactly
-            and tried[causes] < policy.tries
-        ):
-            fewer.setdefault(causes, fit)
+        elif causes in alone and not analysis.closed_form and tried[causes] < policy.tries:
+            places = (replace(fit, zeta=alone[causes]), fit)
+            missing = [place for place in places if extrapolated(problem, place) > policy.exactly]
+            for place in missing[:1]:
+                fewer.setdefault(causes, place)
     others = [fit for _, fit in sorted(could.values(), key=lambda pair: -pair[0])]
     return list(free.values()), others or list(fewer.values())
 

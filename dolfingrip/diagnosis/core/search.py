@@ -78,6 +78,16 @@ class ModelPosterior:
         return self.by(lambda fit: self.problem.causes(fit.subset))
 
     @property
+    def alone(self) -> dict[Subset, np.ndarray]:
+        """Numbers of the most probable pair without one of its causes, by the other; none else."""
+        _, best = max(self.weighed, key=lambda pair: pair[0])
+        places = self.problem.places(best.subset)
+        return {
+            (name,): np.delete(best.zeta, places[other])
+            for name in places for other in places if other != name
+        }  # fmt: skip
+
+    @property
     def strengths(self) -> dict[str, float]:
         """Strength of each name in the most probable fit that has it."""
         strengths: dict[str, float] = {}
@@ -154,7 +164,10 @@ def search(
 
     fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in levels})
     fit({
-        ((name,), level): [np.r_[zeta[NONE, level], start] for start in _starts(problem, name)]
+        ((name,), level): [
+            *(np.r_[zeta[NONE, level], start] for start in _starts(problem, name)),
+            *([before.alone[name,]] if before and (name,) in before.alone else []),
+        ]
         for name in names for level in levels
     })  # fmt: skip
     best = max(mode.log_evidence for fits in modes.values() for mode in fits)
