@@ -210,9 +210,8 @@ class Analysis:
 
     def _zeta(self, names: Iterable[str], u: np.ndarray) -> np.ndarray:
         """ζ of the model's own numbers and of causes at coordinates, which may have more."""
-        numbers = [*self.problem.always[: self.problem.simulated_count]]
-        numbers += [number for name in names for number in self.problem.numbers[name]]
-        return np.array([n.zeta_of(float(at)) for n, at in zip(numbers, u, strict=False)])
+        numbers = zip(self.problem.simulated(names), u, strict=False)
+        return np.array([number.zeta_of(float(at)) for number, at in numbers])
 
     def simulated(self, fits: Sequence[MapFit], *, free: bool = False) -> list[Tangents | None]:
         """Simulate fits: readings, and derivatives by the coordinates of their numbers.

@@ -105,10 +105,11 @@ def doubtful(
         if change > max(policy.matters, could.get(causes, (0.0, fit))[0]):
             could[causes] = change, fit
         elif causes in alone and not analysis.closed_form and tried[causes] < policy.tries:
-            places = (replace(fit, zeta=alone[causes]), fit)
-            missing = [place for place in places if extrapolated(problem, place) > policy.exactly]
-            for place in missing[:1]:
-                fewer.setdefault(causes, place)
+            of_pair = replace(fit, zeta=alone[causes])
+            if extrapolated(problem, of_pair) > policy.exactly:
+                fewer.setdefault(causes, of_pair)
+            elif missed > policy.exactly:
+                fewer.setdefault(causes, fit)
     others = [fit for _, fit in sorted(could.values(), key=lambda pair: -pair[0])]
     return list(free.values()), others or list(fewer.values())
 

@@ -155,7 +155,7 @@ class InferenceProblem:
             if not any({*acting} <= {*causes} for acting in new):
                 blends[causes] = self.blends[causes]
                 continue
-            numbers = problem._simulated(causes)
+            numbers = problem.simulated(causes)
             simulated = runs[causes].beside(*linear_in(self.told, numbers))
             remaining = simulated.told.copy()
             for part in [blend for acting, blend in blends.items() if {*acting} < {*causes}]:
@@ -175,7 +175,7 @@ class InferenceProblem:
         """The problem in which a set of causes is impossible at its numbers."""
         return replace(self, impossible=self.impossible | {causes})
 
-    def _simulated(self, causes: Subset) -> list[Unknown]:
+    def simulated(self, causes: Iterable[str]) -> list[Unknown]:
         """Numbers that simulations of some causes are functions of."""
         numbers = [number for name in causes for number in self.numbers[name]]
         return [*self.always[: self.simulated_count], *numbers]

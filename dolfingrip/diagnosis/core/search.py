@@ -162,11 +162,12 @@ def search(
             modes[key] = fits[key]
             zeta[key] = _likeliest_mode(fits[key]).zeta
 
+    alone = {} if before is None else before.alone
     fit({(NONE, level): [np.zeros(problem.nuisance_count)] for level in levels})
     fit({
         ((name,), level): [
             *(np.r_[zeta[NONE, level], start] for start in _starts(problem, name)),
-            *([before.alone[name,]] if before and (name,) in before.alone else []),
+            *([alone[name,]] if (name,) in alone else []),
         ]
         for name in names for level in levels
     })  # fmt: skip
