@@ -6,7 +6,7 @@ The answer is tried under other priors: other odds of two causes, wider priors o
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -62,10 +62,10 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
         "two causes half as likely": -by_odds,
         "two causes twice as likely": by_odds,
     }
+    tails = [problem.tail(fit.subset) for fit in posterior.fits]
     for by in problem.policy.widths:
-        rare = problem.policy.rare
-        wider = [_wider(fit, problem.tail(fit.subset), by, rare) for fit in posterior.fits]
-        changes[f"priors {by:g} times as wide"] = np.array(wider)
+        wider = _wider(posterior.fits, tails, by, problem.policy.rare)
+        changes[f"priors {by:g} times as wide"] = wider
     decision = decide(posterior)
     others = {name: decide(_reweighted(posterior, logs)) for name, logs in changes.items()}
     answers = {OWN: decision, **others}
@@ -91,25 +91,36 @@ def _of(other: Decision, decision: Decision) -> float:
     return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
 
 
-def _wider(fit: MapFit, tails: np.ndarray, by: float, rare: float = Policy().rare) -> float:
-    """Change of ln evidence where the priors of the causes' numbers are wider (Laplace).
+def _wider(
+    fits: Sequence[MapFit], tails: Sequence[np.ndarray], by: float, rare: float = Policy().rare
+) -> np.ndarray:
+    """Changes of ln evidence where the priors of the causes' numbers are wider, (fits,) (Laplace).
 
     Args:
-        fit: of the hypothesis.
-        tails: of these priors, shape (d,).
+        fits: of hypotheses; those of as many numbers are worked out side by side.
+        tails: of these priors, shape (d,) for each fit.
         by: factor of their widths.
         rare: probability of their wide part.
     """
-    d = len(tails)
-    zeta, first = fit.zeta[len(fit.zeta) - d :], np.zeros(len(fit.zeta) - d)
-    (old, stiff), (new, soft) = (mixture(zeta / w, tails, rare) for w in (1.0, by))
-    relaxed = np.r_[first, stiff - soft / by**2]
-    pull = relaxed * fit.zeta
-    hessian = fit.hessian - np.diag(relaxed)
-    # the numbers follow where the prior pulls less
-    gain = float((old - new).sum()) + 0.5 * float(pull @ np.linalg.solve(hessian, pull))
-    determinants = np.linalg.slogdet(hessian)[1] - np.linalg.slogdet(fit.hessian)[1]
-    return gain - d * float(np.log(by)) - 0.5 * float(determinants)
+    alike, changes = defaultdict[tuple[int, int], list[int]](list), np.empty(len(fits))
+    for place, (fit, tail) in enumerate(zip(fits, tails, strict=True)):
+        alike[len(fit.zeta), len(tail)].append(place)
+    for (size, d), places in alike.items():
+        zeta, own = np.array([fits[place].zeta for place in places]), slice(size - d, size)
+        hessian, tail = (
+            np.array([fits[place].hessian for place in places]),
+            np.array([tails[place] for place in places]),
+        )
+        (old, stiff), (new, soft) = (mixture(zeta[:, own] / w, tail, rare) for w in (1.0, by))
+        relaxed = np.zeros_like(zeta)
+        relaxed[:, own] = stiff - soft / by**2
+        pull, looser = relaxed * zeta, hessian - relaxed[..., None] * np.eye(size)
+        # the numbers follow where the prior pulls less
+        followed = (pull * np.linalg.solve(looser, pull[..., None])[..., 0]).sum(axis=1)
+        determinants = np.linalg.slogdet(looser)[1] - np.linalg.slogdet(hessian)[1]
+        changes[places] = (old - new).sum(axis=1) + 0.5 * (followed - determinants)
+        changes[places] -= d * np.log(by)
+    return changes
 
 
 def _reweighted(posterior: ModelPosterior, logs: np.ndarray) -> ModelPosterior:

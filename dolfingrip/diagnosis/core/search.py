@@ -272,9 +272,10 @@ def pursued(
         model = problem.levels[fit.level]
         if fit.level not in white:
             white[fit.level] = model.whitened(columns)
-        added, free = white[fit.level], model.whitened(problem.slopes(fit.subset, fit.zeta))
-        residual = problem.value - problem.predicted(fit.subset, fit.zeta)
-        off = model.whitened(residual) + free @ fit.zeta
+        readings, slopes = problem.every_reading(fit.subset, fit.zeta)
+        residual, count = problem.every_value - readings, len(problem.value)
+        added, free = white[fit.level], model.whitened(slopes[:count])
+        off = model.whitened(residual[:count]) + free @ fit.zeta
         chosen: list[int] = []
         for _ in range(policy.leading):
             beside = np.column_stack([free, added[:, chosen]])

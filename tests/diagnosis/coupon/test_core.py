@@ -183,7 +183,7 @@ def test_a_wider_prior_is_a_stronger_change(by: float) -> None:
         return fitted(own, ("bent",))
 
     gain = evidence_of(by).log_evidence - evidence_of(1.0).log_evidence
-    assert _wider(evidence_of(1.0), np.ones(1), by) == pytest.approx(gain, abs=0.05)
+    assert _wider([evidence_of(1.0)], [np.ones(1)], by)[0] == pytest.approx(gain, abs=0.05)
 
 
 def test_an_answer_that_stays_under_wider_priors_has_lost_none() -> None:
