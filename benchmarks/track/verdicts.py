@@ -63,9 +63,9 @@ TILT_DEG: Final = 8.0
 def finger(number: int) -> Config:
     """The model that is diagnosed, on so few elements that it takes seconds.
 
-    It has two bellows; four where a tilt is hidden, as that is seen where a finger bends far.
+    It has two bellows; eight where a tilt is hidden, as that is seen where a finger bends far.
     """
-    longer = [] if HIDDEN[number] else ["finger.length_mm=62", "finger.bellows=4"]
+    longer = [] if HIDDEN[number] else ["finger.length_mm=90", "finger.bellows=8"]
     return small.short(
         *small.FEW, "mesh.edge_size_mm=6", "solver.rtol=1e-9", "experiment.max_pressure_kPa=200",
         "experiment.step_kPa=20", *longer,

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -112,6 +113,11 @@ class TangentBlend:
             np.moveaxis(inner[:, 1:], 1, 2), np.square(length) ** -float(POWER),
         )  # fmt: skip
 
+    @cached_property
+    def _tells(self) -> np.ndarray:
+        """Which coordinates tell the nearest simulation, (d,): not those that all of them share."""
+        return (np.ptp(self.u, axis=0) > 1e-6) | (self.fading > 0)
+
     def at(self, zeta: np.ndarray) -> np.ndarray:
         """g at many places, shape (places, k).
 
@@ -137,8 +143,7 @@ class TangentBlend:
             u: shape (places, d).
         """
         off = u[:, None] - self.u
-        # what is as far from all simulations tells nothing about which is nearest
-        apart = off if self.fading else off * (np.ptp(self.u, axis=0) > 1e-6)
+        apart = off * self._tells
         square = np.square(apart).sum(axis=2) + 1e-9
         weight = 1 / square**POWER
         weight /= weight.sum(axis=1, keepdims=True) + self.fading
