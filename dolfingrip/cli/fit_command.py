@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from rich.table import Table
@@ -124,7 +125,7 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
     rows = []
     beyond = f"> {highest:.2g}"
     for law_fit in fits:
-        turns = limit_points(law_fit.law, law_fit.values, highest)
+        turns = limit_points(partial(law_fit.law.energy, law_fit.values), highest)
         limits = [f"{at:.3g}" for at, greatest in turns if greatest]
         ends = unstable(law_fit, dict.fromkeys(MODES, highest))
         row = (
