@@ -10,7 +10,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import resources
 from itertools import zip_longest
 from pathlib import Path
@@ -41,17 +41,6 @@ STYLES: Final = {"line": "line", "dash": "dash", "dots": "dash", "points": "poin
 """Styles of the page's script, by those of charts."""
 
 PACKAGE: Final = "dolfingrip.report.page"
-
-
-@dataclass(frozen=True, slots=True)
-class Licence:
-    """A licence of something inside the page."""
-
-    name: str
-    version: str
-    licence: str
-    sha256: str
-    text: str
 
 
 def rendered(page: Page) -> str:
@@ -98,7 +87,7 @@ def templates(*packages: str) -> Environment:
     )
 
 
-def licences(script: str) -> list[Licence]:
+def licences(script: str) -> list[dict[str, str]]:
     """Full texts of the licences of what is inside the page with this script of its own.
 
     Args:
@@ -110,13 +99,11 @@ def licences(script: str) -> list[Licence]:
     facts = json.loads(asset("bundle.json"))
     gpl = asset("gpl-3.0.txt")
     return [
-        Licence(
-            part["name"],
-            part["version"] or __version__,
-            part["licence"],
-            part["sha256"],
-            part["licence_text"] or gpl,
-        )
+        {
+            **part,
+            "version": part["version"] or __version__,
+            "text": part["licence_text"] or gpl,
+        }
         for part in facts["parts"]
         if part["file"] in ("vendor.js", script)
     ]
