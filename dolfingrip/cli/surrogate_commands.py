@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import typer
 from rich.table import Table
@@ -85,17 +86,8 @@ def _trained(out: Path, data: designs.Table, settings: TrainingSettings) -> bool
 
 def _write(result: Training, data: designs.Table, out: Path) -> None:
 
-    curve = zip(result.epoch, result.training_mse, result.test_mse, strict=True)
-    table.write(
-        out / "learning_curve.csv",
-        [
-            {"epoch": int(epoch), "training_mse": float(training_mse), "test_mse": float(test_mse)}
-            for epoch, training_mse, test_mse in curve
-        ],
-    )
-    learnt = {
-        "epoch": result.epoch, "training_mse": result.training_mse, "test_mse": result.test_mse,
-    }  # fmt: skip
+    table.write(out / "learning_curve.csv", result.curve)
+    learnt = {name: [sample[name] for sample in result.curve] for name in result.curve[0]}
     chart = pictures.learning_curve(learnt, GOAL_MSE)
     picture.write([chart], out / "learning_curve.png")
     predicted = result.surrogate.predict(data.inputs)
@@ -103,19 +95,10 @@ def _write(result: Training, data: designs.Table, out: Path) -> None:
     picture.write(fits, out / "fit.png", picture.Look(panel_in=(4.0, 4.0)))
     names = (*data.input_names, *data.output_names)
     guesses = [f"surrogate.{name}" for name in data.output_names]
-    table.write(
-        out / "designs.csv",
-        [
-            {
-                **dict(zip(names, [*map(float, x), *map(float, y)], strict=True)),
-                **dict(zip(guesses, map(float, guess), strict=True)),
-                "set": "test" if held_out else "training",
-            }
-            for x, y, guess, held_out in zip(
-                data.inputs, data.outputs, predicted, result.test, strict=True
-            )
-        ],
-    )
+    numbers = np.hstack([data.inputs, data.outputs, predicted])
+    rows = pd.DataFrame(numbers, columns=[*names, *guesses])
+    rows["set"] = np.where(result.test, "test", "training")
+    table.write(out / "designs.csv", rows.to_dict("records"))
     result.surrogate.save(out)
 
 
