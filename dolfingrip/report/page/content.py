@@ -149,7 +149,7 @@ class Page:
     conditions: str = ""
     numbers: list[KeyNumber] = field(default_factory=list)
     scenes: list[dict[str, Any]] = field(default_factory=list)
-    stills: list[tuple[str, Path | bytes]] = field(default_factory=list)
+    stills: list[tuple[str, bytes]] = field(default_factory=list)
     charts: list[Chart] = field(default_factory=list)
     front: Front | None = None
     tables: list[TextTable] = field(default_factory=list)

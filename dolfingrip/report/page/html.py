@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib import resources
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -69,7 +68,7 @@ def rendered(page: Page) -> str:
             scripts=[Markup(text) for text in scripts],
             data=Markup(json_text(_data(page, charts))),
             licences=licences("report.js"),
-            stills=[(alt, _image(content)) for alt, content in page.stills],
+            stills=[(alt, base64.b64encode(png).decode("ascii")) for alt, png in page.stills],
             sign={"pass": "✓", "fail": "✗", "open": "○", "": ""},
             colours=COLOURS,
         )
@@ -304,8 +303,3 @@ def content_policy(scripts: list[str], style: str, connect: str = "'none'") -> s
         f"default-src 'none'; script-src {hashes(scripts)}; style-src {hashes([style])}; "
         f"img-src data: blob:; connect-src {connect}; base-uri 'none'; form-action 'none'"
     )
-
-
-def _image(content: Path | bytes) -> str:
-    data = content if isinstance(content, bytes) else content.read_bytes()
-    return f"data:image/png;base64,{base64.b64encode(data).decode('ascii')}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -301,23 +301,17 @@ def _measured(run: Run, table: Columns) -> list[Check]:
 
 def finest(runs: Sequence[Run]) -> dict[int, int]:
     """For each run, the place of one with the same configuration on the finest mesh, if any."""
-    finer = {}
+    finer, kinds = {}, [_but_mesh(run) for run in runs]
     for place, run in enumerate(runs):
-        alike = [i for i, other in enumerate(runs) if _same_but_mesh(run, other)]
+        alike = [i for i, kind in enumerate(kinds) if kind == kinds[place]]
         best = max(alike, key=lambda i: runs[i].elements or 0)
         if (runs[best].elements or 0) > (run.elements or 0):
             finer[place] = best
     return finer
 
 
-def _same_but_mesh(one: Run, other: Run) -> bool:
-    if one.experiment.name != other.experiment.name:
-        return False
-    first, second = (dict(run.result.facts.config) for run in (one, other))
-    for config in (first, second):
-        config.pop("mesh", None)
-        config.pop("solver", None)
-        experiment = dict(config.get("experiment", {}))
-        experiment.pop("step_kPa", None)
-        config["experiment"] = experiment
-    return first == second
+def _but_mesh(run: Run) -> tuple[str, dict[str, Any]]:
+    """Experiment and configuration of a run, without its mesh, its solver and its steps."""
+    config = {k: v for k, v in run.result.facts.config.items() if k not in ("mesh", "solver")}
+    procedure = {k: v for k, v in config.get("experiment", {}).items() if k != "step_kPa"}
+    return run.experiment.name, {**config, "experiment": procedure}

@@ -36,7 +36,9 @@ class GradientDesign(Contribution):
 
     def show(self, page: Page, result: FoundResult) -> None:
         content = DesignFile.read(result.folder)
-        page.charts += [*_change(result.folder, content), *_steps(result.folder, content)]
+        page.charts += _change(result.folder, content)
+        if (file := result.folder / STEPS).is_file():
+            page.charts += course(content, read_csv(file))
         content = content.shown
         page.tables.append(content.tables()[0])
         page.checks += [
@@ -67,11 +69,6 @@ def _change(folder: Path, content: DesignFile) -> list[Chart]:
         note += f"{said(near.rms_mm)} mm by the design."
         charts += followed(curve, {name: run.result for name, run in runs.items()}, note)
     return charts
-
-
-def _steps(folder: Path, content: DesignFile) -> list[Chart]:
-    file = folder / STEPS
-    return course(content, read_csv(file)) if file.is_file() else []
 
 
 def _mesh(content: DesignFile) -> Check:

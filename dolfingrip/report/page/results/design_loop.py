@@ -9,6 +9,7 @@ from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.files.table import Columns
+from dolfingrip.report.design import learning_curve
 from dolfingrip.report.page import front
 from dolfingrip.report.page.content import Contribution, FoundResult, KeyNumber, Page, Source
 from dolfingrip.report.page.numbers import said
@@ -28,7 +29,8 @@ class DesignLoop(Contribution):
     ) -> list[str]:
         loop = front.Loop.of(results)
         page.front = front.front(loop)
-        page.charts += front.charts(loop.surrogate)
+        if loop.surrogate and (curve := SurrogateFile.learning_curve(loop.surrogate)):
+            page.charts.append(learning_curve(curve, None))
         if page.front is not None:
             shown = page.front
             for point in [p for p in shown.points if p.group == "chosen"][:1]:
