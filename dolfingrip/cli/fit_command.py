@@ -152,15 +152,15 @@ def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
             row = (
                 title if i == 0 else "",
                 key.rpartition(".")[2],
-                *_interval(value, half, FREE),
+                *_interval(value, half),
             )
             rows.append(row)
     return of_rows(names, rows, "Values", left=("Law", "Parameter"))
 
 
-def _interval(value: float, half: float, free: float) -> tuple[str, str]:
-    """A value and half of its interval as texts; free where that is so many times as large."""
-    if half > free * abs(value):
+def _interval(value: float, half: float) -> tuple[str, str]:
+    """A value and half of its interval as texts."""
+    if half > FREE * abs(value):
         return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
     return f"{value:z.4g}", f"{half:.2g}"
 

@@ -59,22 +59,21 @@ class SyntheticMeasurement:
     failures: list[Failure | RunFailure]
 
 
-def check_noise(noise: Mapping[str, Any], option: str = "--noise") -> None:
+def check_noise(noise: Mapping[str, Any]) -> None:
     """Check standard deviations by column.
 
     Args:
         noise: values by column.
-        option: option of the command that asks.
 
     Raises:
         ConfigError: one line naming the column, the value and what is allowed.
     """
     for name, std in noise.items():
         if name not in NOISE and at_marker(name) is None:
-            raise ConfigError(f"{option} {name} = {std}: allowed: {', '.join(NOISE)}")
+            raise ConfigError(f"--noise {name} = {std}: allowed: {', '.join(NOISE)}")
         number = isinstance(std, int | float) and not isinstance(std, bool)
         if not number or not 0 <= std < math.inf:
-            raise ConfigError(f"{option} {name} = {std}: allowed: a number from 0 on")
+            raise ConfigError(f"--noise {name} = {std}: allowed: a number from 0 on")
 
 
 def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Config:

@@ -12,6 +12,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
+from dolfingrip.experiments.rigs.undeformed import of_order
 from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.mechanics.model.supports import at_rest
@@ -20,7 +21,7 @@ from dolfingrip.meshes.adoption import adopt as adoption
 from dolfingrip.meshes.adoption.adopt import AdoptedPart
 from dolfingrip.meshes.adoption.roles import Asked, direction_said, snapped
 from dolfingrip.meshes.adoption.sizes import MeshRequest
-from dolfingrip.meshes.solid import Floats, SolidMesh, assemble
+from dolfingrip.meshes.solid import Floats
 
 POISSON: Final = 0.3
 """Ratio of the step's material: linear elements of a rubber would not bend."""
@@ -86,16 +87,10 @@ def adopt(path: Path, hints: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
 
 def _bends(part: AdoptedPart) -> tuple[float, Floats]:
     """The tip's way across by the largest displacement, and (3,) its direction in the frame."""
-    moved = _displaced(distribute(MPI.COMM_SELF, _corners(part.mesh)))
+    moved = _displaced(distribute(MPI.COMM_SELF, of_order(part.mesh, 1)))
     across = np.array([moved.tip[0], 0.0 if part.roles.half else moved.tip[1], 0.0])
     size = float(np.linalg.norm(across))
     return size / moved.largest, across / max(size, 1e-300)
-
-
-def _corners(mesh: SolidMesh) -> SolidMesh:
-    if mesh.order == 1:
-        return mesh
-    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets)
 
 
 @dataclass(frozen=True, slots=True)
