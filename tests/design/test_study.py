@@ -176,7 +176,7 @@ def test_a_dead_worker_is_told(
 
 def _choices(crossover: float, designs: list[tuple[float, float] | None]) -> list[StudyChoice]:
     return [
-        StudyChoice(50, 10, crossover, 0.5, seed, 50, design, (2.9, 6.0 + seed))
+        StudyChoice(50, 10, crossover, 0.5, seed, design, (2.9, 6.0 + seed))
         for seed, design in enumerate(designs)
     ]
 

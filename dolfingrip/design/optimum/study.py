@@ -48,7 +48,6 @@ class StudyChoice(NamedTuple):
     crossover: float
     mutation: float
     seed: int
-    front_points: int
     design: tuple[float, ...] | None
     values: tuple[float, float] | None
 
@@ -216,7 +215,7 @@ def trial(
     settings = NSGA2Settings(population, max(generations), crossover, mutation, seed)
     choices = []
     for number, front in fronts(
-        TradeOff.of(_load(surrogate), named), settings, generations
+        TradeOff.of(_loaded(Path(surrogate)), named), settings, generations
     ).items():
         chosen = front.choose(limit)
         choices.append(
@@ -230,10 +229,7 @@ def trial(
     return {"choices": choices, "cpu_s": time.process_time() - start}
 
 
-@cache
-def _load(folder: str) -> network.Surrogate:
-    return network.load(Path(folder))
-
+_loaded = cache(network.load)
 
 SETTINGS: Final = ["population", "generations", "crossover", "mutation"]
 """Columns of a combination of hyperparameters."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -87,22 +87,17 @@ def adopt(path: Path, hints: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
 
 def _bends(part: AdoptedPart) -> tuple[float, Floats]:
     """The tip's way across by the largest displacement, and (3,) its direction in the frame."""
-    moved = _displaced(distribute(MPI.COMM_SELF, of_order(part.mesh, 1)))
-    across = np.array([moved.tip[0], 0.0 if part.roles.half else moved.tip[1], 0.0])
+    tip, largest = _displaced(distribute(MPI.COMM_SELF, of_order(part.mesh, 1)))
+    across = np.array([tip[0], 0.0 if part.roles.half else tip[1], 0.0])
     size = float(np.linalg.norm(across))
-    return size / moved.largest, across / max(size, 1e-300)
+    return size / largest, across / max(size, 1e-300)
 
 
-@dataclass(frozen=True, slots=True)
-class _Displacement:
-    """Mean displacement of the tip, and the largest one, of any unit."""
+def _displaced(domain: Domain) -> tuple[Floats, float]:
+    """Mean displacement of the tip, and the largest one, of any unit.
 
-    tip: Floats
-    largest: float
-
-
-def _displaced(domain: Domain) -> _Displacement:
-    """The displacement of a linear elastic solid of one modulus with pressure in its cavities."""
+    They are those of a linear elastic solid of one modulus with pressure in its cavities.
+    """
     space = fem.functionspace(domain.mesh, ("Lagrange", 1, (3,)))
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     strain = ufl.sym(ufl.grad(u))
@@ -121,4 +116,4 @@ def _displaced(domain: Domain) -> _Displacement:
     inverse.pc.apply(right, solution)
     moved = solution.array.reshape(-1, 3)
     tip = fem.locate_dofs_topological(space, 2, domain.facets("tip"))
-    return _Displacement(moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max()))
+    return moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max())

@@ -256,7 +256,7 @@ def elements(config: Config, order: int | None = None) -> SolidMesh:
 
 
 def of_order(mesh: SolidMesh, order: int) -> SolidMesh:
-    """The same mesh in elements of an order, the edges of new nodes straight.
+    """A mesh in elements of an order, the edges of new nodes straight.
 
     Args:
         mesh: of the first or second order.
