@@ -166,7 +166,7 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for number, (one, each) in enumerate(zip(every.descents, told["starts"], strict=True)):
         row: dict[str, Any] = {"start": number, "ending": each["ending"]}
-        if one is not None:
+        if isinstance(one, Descent):
             taken = [each.objective for each in one.trials if each.accepted]
             row |= {
                 "simulations": one.simulations,

@@ -88,10 +88,6 @@ class _InOrder(Group):
             command.name: Listed(command, settings.group(command.settings)) for command in COMMANDS
         }
 
-    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
-        """Names of the commands."""
-        return list(self.commands)
-
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 

@@ -28,6 +28,7 @@ APART = {"", "all", "dolfinx", "docs", "test"}
 
 def doctor(_settings: DoctorSettings) -> None:
     """Say what this machine has of what the commands need, and what is missing."""
+    threads = os.environ["OMP_NUM_THREADS"]
     lines = [
         ("dolfingrip", __version__),
         ("Python", f"{platform.python_version()}, {sys.executable}"),
@@ -40,7 +41,7 @@ def doctor(_settings: DoctorSettings) -> None:
         ("contact", _contact()),
         ("caches", _cache()),
         *(("", line) for line in _environments()),
-        ("threads", _threads()),
+        ("threads", f"{threads} of each rank (OMP_NUM_THREADS), {os.cpu_count()} processors"),
         *((f"[{extra}]", _there(names)) for extra, names in extras().items() if extra not in APART),
     ]
     for name, said in lines:
@@ -153,11 +154,6 @@ def _environments() -> list[str]:
 
 def _megabytes(folder: Path) -> float:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
-
-
-def _threads() -> str:
-    number = os.environ["OMP_NUM_THREADS"]
-    return f"{number} of each rank (OMP_NUM_THREADS), {os.cpu_count()} processors"
 
 
 def _there(names: list[str]) -> str:

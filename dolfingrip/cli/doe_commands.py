@@ -14,7 +14,6 @@ from dolfingrip.cli.console import console, gradient_keys, one_process, resumabl
 from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space
-from dolfingrip.design.campaign import campaign as files
 from dolfingrip.design.campaign.objective import check_quantities
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.quantities.index import parse
@@ -173,11 +172,11 @@ def _keys(
 def _write(out: Path, tables: list[Path]) -> None:
     """Write a campaign's designs, and their derivatives where there are any."""
 
-    number = files.write(out, tables)
+    number = campaign.write(out, tables)
     for path in tables:
         console().say(f"wrote {number} designs: {path}")
     slopes = out / "sensitivity.csv"
-    number = files.write_sensitivities(out, slopes)
+    number = campaign.write_sensitivities(out, slopes)
     if number:
         console().say(f"wrote {number} derivatives: {slopes}")
 

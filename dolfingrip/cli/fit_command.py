@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from rich.table import Table
@@ -124,7 +125,7 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
     rows = []
     beyond = f"> {highest:.2g}"
     for law_fit in fits:
-        turns = limit_points(law_fit.law, law_fit.values, highest)
+        turns = limit_points(partial(law_fit.law.energy, law_fit.values), highest)
         limits = [f"{at:.3g}" for at, greatest in turns if greatest]
         ends = unstable(law_fit, dict.fromkeys(MODES, highest))
         row = (
@@ -151,15 +152,15 @@ def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
             row = (
                 title if i == 0 else "",
                 key.rpartition(".")[2],
-                *_interval(value, half, FREE),
+                *_interval(value, half),
             )
             rows.append(row)
     return of_rows(names, rows, "Values", left=("Law", "Parameter"))
 
 
-def _interval(value: float, half: float, free: float) -> tuple[str, str]:
-    """A value and half of its interval as texts; free where that is so many times as large."""
-    if half > free * abs(value):
+def _interval(value: float, half: float) -> tuple[str, str]:
+    """A value and half of its interval as texts."""
+    if half > FREE * abs(value):
         return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
     return f"{value:z.4g}", f"{half:.2g}"
 

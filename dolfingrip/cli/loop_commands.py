@@ -154,13 +154,13 @@ DESIGNS = ("morph.xi1=-0.2:1:6", "morph.xi2=-0.5:1:5")
 
 def coarsened(config: Config, policy: LoopPolicy = POLICY) -> Config:
     """Return ``config`` with a coarse mesh and one reading, at its highest pressure."""
-    data = config.model_dump(mode="json")
     size = max(policy.size_mm, config.mesh.size_mm or 0.0)
-    if config.mesh.file is None:
-        data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
-    data["experiment"]["step_kPa"] = config.experiment.largest_kPa
-    data["solver"]["max_step_kPa"] = max(policy.longest_step_kPa, config.solver.max_step_kPa)
-    return configuration.from_dict(data)
+    mesh = {"size_mm": size, "edge_size_mm": size, "target_elements": None}
+    return config.changed(
+        mesh={} if config.mesh.file else mesh,
+        experiment={"step_kPa": config.experiment.largest_kPa},
+        solver={"max_step_kPa": max(policy.longest_step_kPa, config.solver.max_step_kPa)},
+    )
 
 
 def run_small_loop(

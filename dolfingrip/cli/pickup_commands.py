@@ -11,7 +11,7 @@ import typer
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.console import Screen, console, one_process, resumable
-from dolfingrip.cli.settings import FrictionSettings, PickupSettings
+from dolfingrip.cli.settings import FrictionSettings, GraspSearchSettings, PickupSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup as searches
 from dolfingrip.design.campaign.pickup import GraspTrial, GraspTrials
@@ -77,7 +77,7 @@ def _check(flag: str, value: float, most: float) -> None:
         raise ConfigError(f"{flag} {value:g}: allowed: above 0 and up to {most:g} kPa")
 
 
-def _base(args: PickupSettings | FrictionSettings, friction: float | None = None) -> Config:
+def _base(args: GraspSearchSettings, friction: float | None = None) -> Config:
     """The configuration of all grasps, with a short lift if no other one is asked for."""
     one_process("one process")
     given = {

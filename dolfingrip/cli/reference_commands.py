@@ -57,7 +57,8 @@ def columns(args: ColumnsSettings) -> None:
         rows = described(experiment)
         meanings = ["\n".join(textwrap.wrap(about, WIDTH)) for _, about in rows]
         cells = {"Column": [name for name, _ in rows], "Meaning": meanings}
-        screen.print(of_columns(cells, heading(experiment), left=tuple(cells)))
+        title = f"{experiment.title} (dolfingrip {experiment.command})"
+        screen.print(of_columns(cells, title, left=tuple(cells)))
 
 
 def page(experiments: Sequence[Experiment]) -> str:
@@ -83,11 +84,6 @@ def page(experiments: Sequence[Experiment]) -> str:
         lines += [f"| `{name}` | {about[name].replace('|', '∣')} |" for name in names]
         lines.append("")
     return "\n".join(lines)
-
-
-def heading(experiment: Experiment) -> str:
-    """The experiment's title and its command."""
-    return f"{experiment.title} (dolfingrip {experiment.command})"
 
 
 def extensions(args: EffectSettings) -> None:

@@ -11,7 +11,6 @@ from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
 from dolfingrip.files.table import read_csv
 from dolfingrip.report.page import html, sources
-from dolfingrip.report.page.content import Given
 from dolfingrip.report.page.pdf import browser, print_page
 
 MB = 1e6
@@ -61,7 +60,7 @@ def write_report(
             table = read_csv(measured)
         except (OSError, ValueError) as error:
             raise ConfigError(f"--measured {measured}: {error}") from None
-    page = sources.build(result_sources, Given(table), title or "")
+    page = sources.build(result_sources, table, title or "")
     text = html.rendered(page).encode()
     size_MB = len(text) / MB
     if size_MB > html.LARGEST_MB:

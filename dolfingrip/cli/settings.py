@@ -120,16 +120,10 @@ _gradients = partial(option, help="Derive all readings by parameters: sensitivit
 _parameters = partial(option, help="Parameters of --gradients; default: all.", metavar="KEY,KEY,…")
 _protocolfile = partial(option, help="Follow a TOML of ramps and waits, or a measurement's CSV.")
 _specimen = partial(option, help="Follow this specimen of the CSV of --protocol.")
-_food = partial(option, help="Food that is grasped.", key="food.kind")
-_pose = partial(option, help="How fingers are turned.", key="gripper.pose")
-_preset = partial(option, help="Fineness of the fingers' mesh.", key="gripper.preset")
 _pressure = partial(option, measured_in="kPa", above=0, most=LARGEST_PRESSURE_KPA)
 _length = partial(option, measured_in="mm", above=0)
 _rate = partial(option, measured_in="Hz", above=0)
 _percent = partial(option, measured_in="%", above=0)
-_resolution = partial(
-    option, help="Distance between the pressures that are tried.", measured_in="kPa", above=0
-)
 _workers = partial(option, help="Processes that simulate.", least=1)
 _store = partial(option, help="Kept simulations; default: simulations/ in --out.", metavar="FOLDER")
 _effects = partial(
@@ -237,7 +231,18 @@ def _field(declared: Option) -> tuple[str, Any, Any]:
     return declared.name, kind, option(default, declared.help, declared.flag, key=declared.key)
 
 
-class PickupSettings(ConfiguredSettings):
+class GraspSearchSettings(ConfiguredSettings):
+    """The settings of commands that search by grasps."""
+
+    food: str | None = option(None, "Food that is grasped.", key="food.kind")
+    pose: str | None = option(None, "How fingers are turned.", key="gripper.pose")
+    resolution: float = option(
+        5.0, "Distance between the pressures that are tried.", measured_in="kPa", above=0
+    )
+    preset: str | None = option(None, "Fineness of the fingers' mesh.", key="gripper.preset")
+
+
+class PickupSettings(GraspSearchSettings):
     """Find the least pressure that picks food up, by grasps at multiples of --resolution.
 
     A call that was killed goes on where it was. pickup.csv has all grasps.
@@ -246,16 +251,12 @@ class PickupSettings(ConfiguredSettings):
     """
 
     out: Path = _out(Path("out/pickup"))
-    food: str | None = _food(None)
-    pose: str | None = _pose(None)
     friction: float | None = option(None, "Friction of fingers on food.", key="food.friction")
-    resolution: float = _resolution(5.0)
     start: float = option(150.0, "Pressure of the first grasp.", measured_in="kPa", above=0)
     highest: float = _pressure(HIGHEST_KPA, "Highest pressure that is tried.")
-    preset: str | None = _preset(None)
 
 
-class FrictionSettings(ConfiguredSettings):
+class FrictionSettings(GraspSearchSettings):
     """Calibrate friction from the least pressure that picks food up: μ and its interval.
 
     A call that was killed goes on where it was. friction.csv has all grasps.
@@ -265,11 +266,7 @@ class FrictionSettings(ConfiguredSettings):
 
     pickup_pressure: float = _pressure(MISSING, "Least pressure that picks up, as measured.")
     out: Path = _out(Path("out/friction"))
-    food: str | None = _food(None)
-    pose: str | None = _pose(None)
-    resolution: float = _resolution(5.0)
     tolerance: float = option(0.01, "Largest error of the friction.", least=1e-4, most=0.5)
-    preset: str | None = _preset(None)
 
 
 class SupplySettings(ConfiguredSettings):
@@ -852,7 +849,7 @@ class ExploreSettings(ConfiguredSettings):
 
 GROUPS: Final[Mapping[str, tuple[type, ...]]] = {
     "Simulate: dolfingrip bend --pressure 200 --render 0,200":
-        (DemoSettings, RunSettings, PickupSettings, FrictionSettings, SupplySettings),
+        (DemoSettings, RunSettings, GraspSearchSettings, SupplySettings),
     "Mesh, print and export: dolfingrip export finger.stl":
         (AdoptSettings, MeshSettings, ExportSettings, RobotSettings, MorphSettings),
     "Look up: dolfingrip config --set finger.wall_mm=1.8":

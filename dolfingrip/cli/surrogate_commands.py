@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import typer
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from dolfingrip import config as configuration
@@ -24,7 +24,6 @@ from dolfingrip.design.campaign.plan import OBJECTIVE
 from dolfingrip.design.optimum import optimum
 from dolfingrip.design.optimum import study as work
 from dolfingrip.design.optimum.pareto import NSGA2Settings
-from dolfingrip.design.optimum.study import Combination
 from dolfingrip.design.optimum.study_file import trade_off
 from dolfingrip.design.surrogate import surrogate, training
 from dolfingrip.design.surrogate import surrogate as network
@@ -36,7 +35,7 @@ from dolfingrip.files.optimum import ChosenDesign, OptimumFile
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.report import design as pictures
 from dolfingrip.report.design import label, surrogate_front
-from dolfingrip.report.table import of_columns
+from dolfingrip.report.table import of_columns, of_rows
 from dolfingrip.sections.errors import shown
 
 
@@ -87,17 +86,8 @@ def _trained(out: Path, data: designs.Table, settings: TrainingSettings) -> bool
 
 def _write(result: Training, data: designs.Table, out: Path) -> None:
 
-    curve = zip(result.epoch, result.training_mse, result.test_mse, strict=True)
-    table.write(
-        out / "learning_curve.csv",
-        [
-            {"epoch": int(epoch), "training_mse": float(training_mse), "test_mse": float(test_mse)}
-            for epoch, training_mse, test_mse in curve
-        ],
-    )
-    learnt = {
-        "epoch": result.epoch, "training_mse": result.training_mse, "test_mse": result.test_mse,
-    }  # fmt: skip
+    table.write(out / "learning_curve.csv", result.curve)
+    learnt = {name: [sample[name] for sample in result.curve] for name in result.curve[0]}
     chart = pictures.learning_curve(learnt, GOAL_MSE)
     picture.write([chart], out / "learning_curve.png")
     predicted = result.surrogate.predict(data.inputs)
@@ -105,19 +95,10 @@ def _write(result: Training, data: designs.Table, out: Path) -> None:
     picture.write(fits, out / "fit.png", picture.Look(panel_in=(4.0, 4.0)))
     names = (*data.input_names, *data.output_names)
     guesses = [f"surrogate.{name}" for name in data.output_names]
-    table.write(
-        out / "designs.csv",
-        [
-            {
-                **dict(zip(names, [*map(float, x), *map(float, y)], strict=True)),
-                **dict(zip(guesses, map(float, guess), strict=True)),
-                "set": "test" if held_out else "training",
-            }
-            for x, y, guess, held_out in zip(
-                data.inputs, data.outputs, predicted, result.test, strict=True
-            )
-        ],
-    )
+    numbers = np.hstack([data.inputs, data.outputs, predicted])
+    rows = pd.DataFrame(numbers, columns=[*names, *guesses])
+    rows["set"] = np.where(result.test, "test", "training")
+    table.write(out / "designs.csv", rows.to_dict("records"))
     result.surrogate.save(out)
 
 
@@ -280,15 +261,15 @@ def study(args: StudySettings) -> None:
     processes = args.processes or len(os.sched_getaffinity(0))
     with resumable(screen, args.out), progress.jobs(screen, "runs") as show:
         runs = work.run(args.surrogate, args.out, plan, processes, show)
-    combinations = work.combine(runs.choices, len(names))
-    best = work.best(combinations)
-    table.write(args.out / "combinations.csv", work.rows(combinations, names, improved))
-    table.write(args.out / "best.csv", work.rows(best, names, improved))
+    combinations = work.combine(runs.choices, names, improved)
+    best = work.best(combinations, names[0])
+    for name, rows in (("combinations", combinations), ("best", best)):
+        table.write(args.out / f"{name}.csv", rows.to_dict("records"), list(rows))
     screen.say(
         f"{len(combinations)} combinations of {args.seeds} seeds, from {len(plan.runs())} runs of "
         f"NSGA-II ({runs.cpu_s / 60:.1f} minutes of one core)"
     )
-    if not best:
+    if best.empty:
         first = objectives[0]
         screen.print(f"no front of all seeds has {first.title} {first.sense} {limit:g}")
         raise typer.Exit(1)
@@ -297,32 +278,24 @@ def study(args: StudySettings) -> None:
     screen.say(f"study: {args.out}")
 
 
-def _plot(best: list[Combination], names: tuple[str, ...], out: Path) -> None:
-
-    sd = {}
-    for population in {one.population for one in best}:
-        line = [one for one in best if one.population == population]
-        sd[population] = [one.generations for one in line], np.array([one.sd for one in line])
+def _plot(best: pd.DataFrame, names: Sequence[str], out: Path) -> None:
+    sd = {
+        population: (line["generations"].tolist(), line[[f"{n}_sd" for n in names]].to_numpy())
+        for population, line in best.groupby("population")
+    }
     look = picture.Look(panel_in=(4.0, 4.0), titled=True)
     picture.write(pictures.scatter(names, sd), out / "scatter.png", look)
 
 
-def _combinations(best: list[Combination], names: tuple[str, ...], improved: str) -> object:
-
-    title = "Best rates, and their choice: mean ± standard deviation over the seeds"
-    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
-    short = [pictures.label(name) for name in names]
+def _combinations(best: pd.DataFrame, names: Sequence[str], improved: str) -> Table:
     rates = ("popu-\nlation", "gene-\nrations", "cross-\nover", "muta-\ntion")
-    for heading in (*rates, *short, "\n".join(pictures.label(improved).split())):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for one in best:
-        chosen = [f"{m:z.4f} ± {s:.4f}" for m, s in zip(one.mean, one.sd, strict=True)]
-        table.add_row(
-            str(one.population),
-            str(one.generations),
-            f"{one.crossover:g}",
-            f"{one.mutation:g}",
-            *chosen,
-            f"{one.mean_improved:.4f}",
+    rows = [
+        (
+            *(f"{one[name]:g}" for name in work.SETTINGS),
+            *(f"{one[f'{name}_mean']:z.4f} ± {one[f'{name}_sd']:.4f}" for name in names),
+            f"{one[f'mean_{improved}']:.4f}",
         )
-    return table
+        for one in best.to_dict("records")
+    ]
+    title = "Best rates, and their choice: mean ± standard deviation over the seeds"
+    return of_rows([*rates, *map(label, names), label(improved)], rows, title)

@@ -13,11 +13,12 @@ where 11 kPa are (one chamber of the default pneu-net in Ecoflex 00-50).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from dolfingrip.experiments.material_fit.law import EXPONENTS, OfStretches
+from dolfingrip.experiments.material_fit.law import balloon, limit_points
 from dolfingrip.sections.geometry.adopted import AdoptedGeometry
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 
@@ -25,11 +26,8 @@ if TYPE_CHECKING:
     from dolfingrip.config import Config
     from dolfingrip.sections.material import Material
 
-STRETCHES: Final = np.exp(np.linspace(0.005, 2.5, 500))
-"""Stretches among which the greatest pressure is sought."""
-
-JUMPS_FROM: Final = 10
-"""Number of the stretch from which on a pressure that grows by half from one to the next jumps."""
+LARGEST_STRETCH: Final = 12.0
+"""Stretch up to which the greatest pressure is sought."""
 
 CHANNEL: Final = 2.0
 """Length by width from which on a hollow is a channel and grows across it alone."""
@@ -128,18 +126,10 @@ def most(material: Material) -> tuple[float, float] | None:
     Args:
         material: whose law the wall has.
     """
-    logarithms = EXPONENTS["equibiaxial"][:, None] * np.log(STRETCHES)
-    with np.errstate(all="ignore"):
-        energy = material.energy(material.constants(), OfStretches(logarithms))
-        pressure = np.asarray(energy.x) / STRETCHES**3
-    falls = np.flatnonzero(~(np.diff(pressure) > 0))
-    if not falls.size or not pressure[falls[0] + 1] > 0:
-        return None
-    # where chains of a limited length end, the pressure jumps and does not turn
-    before = pressure[JUMPS_FROM : falls[0] + 1]
-    if (before[1:] > 1.5 * before[:-1]).any():
-        return None
-    return float(STRETCHES[falls[0]]), float(pressure[falls[0]])
+    energy = partial(material.energy, material.constants())
+    turns = limit_points(energy, LARGEST_STRETCH)
+    maximum = next((stretch for stretch, greatest in turns if greatest), None)
+    return None if maximum is None else (maximum, float(balloon(energy, np.array([maximum]))[0]))
 
 
 def thickness_mm(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:

@@ -108,7 +108,6 @@ def predict(
     curves: Sequence[PressureCurve],
     posterior: PosteriorTable,
     pressure_kPa: np.ndarray,
-    seed: int = 0,
 ) -> Prediction:
     """Predict from the simulated curve of each fit.
 
@@ -116,9 +115,8 @@ def predict(
         curves: one for each fit.
         posterior: the fits, and what they left.
         pressure_kPa: (n,) pressures at which angles are predicted.
-        seed: of the sample.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     which = random.choice(len(curves), SAMPLES, p=posterior.shares)
     factor = 1 + posterior.specimen * random.standard_normal(SAMPLES)
     shift = posterior.model_kPa * random.standard_normal(SAMPLES)

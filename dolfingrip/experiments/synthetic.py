@@ -18,7 +18,7 @@ from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.readings import Row
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.files import table, whole
 from dolfingrip.files.run import RunFailure
@@ -59,22 +59,21 @@ class SyntheticMeasurement:
     failures: list[Failure | RunFailure]
 
 
-def check_noise(noise: Mapping[str, Any], option: str = "--noise") -> None:
+def check_noise(noise: Mapping[str, Any]) -> None:
     """Check standard deviations by column.
 
     Args:
         noise: values by column.
-        option: option of the command that asks.
 
     Raises:
         ConfigError: one line naming the column, the value and what is allowed.
     """
     for name, std in noise.items():
         if name not in NOISE and at_marker(name) is None:
-            raise ConfigError(f"{option} {name} = {std}: allowed: {', '.join(NOISE)}")
+            raise ConfigError(f"--noise {name} = {std}: allowed: {', '.join(NOISE)}")
         number = isinstance(std, int | float) and not isinstance(std, bool)
         if not number or not 0 <= std < math.inf:
-            raise ConfigError(f"{option} {name} = {std}: allowed: a number from 0 on")
+            raise ConfigError(f"--noise {name} = {std}: allowed: a number from 0 on")
 
 
 def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Config:
@@ -106,7 +105,7 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
     for _ in range(TRIES):
         values: dict[str, Any] = {}
         for key, prior in scaled_priors(effect, shear_MPa).items():
-            value = draw(prior, rng)
+            value = prior.at(float(rng.standard_normal()))
             is_list = isinstance(effect.model_fields[key].default, tuple)
             values[key] = [value] if is_list else value
         try:
@@ -115,16 +114,6 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
             continue
         return values
     raise ConfigError(f"--nuisance {effect.name()}: its priors allow no values")
-
-
-def draw(prior: Prior, rng: np.random.Generator) -> float:
-    """Draw a value from a prior, normal or log-normal.
-
-    Args:
-        prior: of a parameter.
-        rng: source of random numbers.
-    """
-    return prior.at(float(rng.standard_normal()))
 
 
 def measure(

@@ -146,14 +146,13 @@ def listed(names: Sequence[str], most: int = IN_A_CELL) -> str:
     return f"{', '.join(first)} or {last}" if first else last
 
 
-def number_words(number: FittedNumber, digits: int = 3) -> str:
-    """Write a number with its unit and its interval.
+def number_words(number: FittedNumber) -> str:
+    """Write a number with its unit and its interval, in three digits.
 
     Args:
         number: that was fitted.
-        digits: that are written.
     """
-    value, low, high = (f"{x:.{digits}g}" for x in (number.value, number.low, number.high))
+    value, low, high = (f"{x:.3g}" for x in (number.value, number.low, number.high))
     return " ".join(filter(None, (number.key, "=", value, number.unit, f"({low} to {high})")))
 
 

@@ -72,12 +72,7 @@ def settings(file: Path, ranks: int) -> dict[str, Any]:
         ConfigError: one line, where the file is unreadable or sets an argument that this module
             sets.
     """
-    try:
-        arguments = tables.toml(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"--slurm {file}: {error.strerror}") from None
-    except ValueError as error:
-        raise ConfigError(f"--slurm {file}: not TOML: {error}") from None
+    arguments = tables.whole(file, "--slurm")
     options = arguments.get("scheduler_options", {})
     if not isinstance(options, dict):
         raise ConfigError(f"--slurm {file}: scheduler_options: allowed: a table")

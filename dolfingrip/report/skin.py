@@ -7,7 +7,7 @@ creases stay the same from picture to picture.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,9 @@ CREASE_DEG: Final = 35.0
 """Angle between facets of the undeformed mesh from which their edge is a crease."""
 
 
+NO_SEGMENTS: Final[Ints] = np.zeros((0, 2), dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class Skin:
     """A triangulated surface whose points are nodes of the mesh or their mirror images.
@@ -55,6 +58,12 @@ class Skin:
     triangles: Ints
     edges: Ints
     creases: Ints
+
+    @classmethod
+    def plain(cls, points: Floats, triangles: Ints, creases: Ints = NO_SEGMENTS) -> Self:
+        """A surface that is none of a mesh, without edges of facets."""
+        count = len(points)
+        return cls(points, np.arange(count), np.ones(count), triangles, NO_SEGMENTS, creases)
 
     def move(self, displacement: Floats) -> Floats:
         """Positions in mm, shape (points, 3), for nodal displacements in mm, shape (nodes, 3)."""

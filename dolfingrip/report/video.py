@@ -60,12 +60,7 @@ FIGURE_SPACE: Final = "\u2007"
 """A space as wide as a digit."""
 
 
-def write(
-    stem: Path,
-    images: Sequence[Image],
-    frame_ms: int = POLICY.frame_ms,
-    policy: VideoPolicy = POLICY,
-) -> list[Path]:
+def write(stem: Path, images: Sequence[Image], policy: VideoPolicy = POLICY) -> list[Path]:
     """Write pictures as a GIF of half their size, and as an MP4 in H.264.
 
     The GIF has fewer pictures, each shown for longer, where it would be too large to send.
@@ -73,8 +68,7 @@ def write(
     Args:
         stem: path of the files, without their suffix.
         images: pictures of one size, shape (height, width, 3).
-        frame_ms: time for which each picture is shown.
-        policy: has the largest size of the GIF.
+        policy: has the time of a picture, and the largest size of the GIF.
 
     Returns:
         The files; no MP4 where PyAV is missing, and a warning says so.
@@ -82,7 +76,7 @@ def write(
     height, width = (length // 2 for length in images[0].shape[:2])
     frames = [Pillow.fromarray(image).resize((width, height)) for image in images]
     moving, shown = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
-    shown_ms, packed = frame_ms, _gif(frames, frame_ms)
+    shown_ms, packed = policy.frame_ms, _gif(frames, policy.frame_ms)
     while len(packed) > policy.gif_bytes and len(frames) > 2:
         frames, shown_ms = frames[::2], 2 * shown_ms
         packed = _gif(frames, shown_ms)
@@ -90,7 +84,7 @@ def write(
     if find_spec("av") is None:
         _LOG.warning("no %s: pip install av (dolfingrip's extra video)", shown)
         return [moving]
-    with video.growing(shown, Fraction(1000, frame_ms), "rgb24") as add:
+    with video.growing(shown, Fraction(1000, policy.frame_ms), "rgb24") as add:
         for image in images:
             add(image)
     return [moving, shown]

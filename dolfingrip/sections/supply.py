@@ -138,9 +138,7 @@ class AirLine(Section):
         pressures, flows = self.pump_kPa, self.pump_l_per_min
         if self.source == "pump" and len(pressures) < 2:
             yield Refusal("pump_kPa", "allowed: two pressures or more of a pump's curve", "none")
-        if len(flows) != len(pressures):
-            words = f"allowed: as many as pump_kPa has, {len(pressures)}"
-            yield Refusal("pump_l_per_min", words, f"{len(flows)} values")
+        yield from self.as_many("pump_l_per_min", "pump_kPa")
         if any(b <= a for a, b in pairwise(pressures)) or min(pressures, default=0.0) < VACUUM_KPA:
             yield Refusal("pump_kPa", "allowed: each above the one before", list(pressures))
         falls = all(b <= a for a, b in pairwise(flows)) and not any(flows[-1:])

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.files.result_file import ResultFile
-from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page
+from dolfingrip.report.page.content import Contribution, FoundResult, KeyNumber, Page
 
 
 class TallyFile(ResultFile):
@@ -28,10 +27,8 @@ class Tally(Contribution):
     titles: ClassVar = {"tally": "tally"}
     place = 90
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        for result in results:
-            tally = TallyFile.read(result.folder)
-            series = Series("printed", tally.days, tally.printed)
-            page.charts.append(Chart("Printed fingers", Axis("Day"), Axis("Fingers"), [series]))
-            page.numbers.append(KeyNumber("Printed", f"{sum(tally.printed)} fingers"))
-        return self.named(results)
+    def show(self, page: Page, result: FoundResult) -> None:
+        tally = TallyFile.read(result.folder)
+        series = Series("printed", tally.days, tally.printed)
+        page.charts.append(Chart("Printed fingers", Axis("Day"), Axis("Fingers"), [series]))
+        page.numbers.append(KeyNumber("Printed", f"{sum(tally.printed)} fingers"))

@@ -32,8 +32,8 @@ def _truth(designs: Sequence[dict[str, float]]) -> list[Recomputed]:
 
 def _true(inputs: dict[str, float]) -> dict[str, float]:
     (found,) = _truth([inputs])
-    assert found.outputs is not None
-    return found.outputs
+    assert found.fem is not None
+    return found.fem
 
 
 def test_choices_then_the_original_then_the_front(found: OptimumFile) -> None:

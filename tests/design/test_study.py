@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import psutil
 import pytest
 from support.stand_in import OBJECTIVES
@@ -177,7 +176,7 @@ def test_a_dead_worker_is_told(
 
 def _choices(crossover: float, designs: list[tuple[float, float] | None]) -> list[StudyChoice]:
     return [
-        StudyChoice(50, 10, crossover, 0.5, seed, 50, design, (2.9, 6.0 + seed))
+        StudyChoice(50, 10, crossover, 0.5, seed, design, (2.9, 6.0 + seed))
         for seed, design in enumerate(designs)
     ]
 
@@ -186,14 +185,13 @@ def test_mean_deviation_and_best_rates() -> None:
     steady = _choices(0.9, [(0.1, -0.2), (0.2, -0.4), (0.3, -0.6)])
     lucky = _choices(0.8, [(0.2, -0.4), None, (0.2, -0.4)])  # no scatter, but not every seed chose
     wild = _choices(0.4, [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
-    combined = study.combine([*steady, *lucky, *wild])
-    first = combined[0]
-    np.testing.assert_allclose(first.mean, [0.2, -0.4])
-    np.testing.assert_allclose(first.sd, [0.1, 0.2])  # of a sample: n − 1
-    assert first.mean_improved == 7.0
-    assert [(one.seeds, one.chose) for one in combined] == [(3, 3), (3, 2), (3, 3)]
-    assert [one.crossover for one in study.best(combined)] == [0.9]
-    row = study.rows([first], ["morph.xi1", "morph.xi2"], "force_N")[0]
-    assert row["morph.xi2_sd"] == pytest.approx(0.2)
-    assert row["mean_force_N"] == 7.0
-    assert study.best(study.combine(_choices(0.9, [None, None]))) == []
+    names = ("morph.xi1", "morph.xi2")
+    combined = study.combine([*steady, *lucky, *wild], names, "force_N")
+    first = combined.iloc[0]
+    assert [first[f"{name}_mean"] for name in names] == pytest.approx([0.2, -0.4])
+    assert [first[f"{name}_sd"] for name in names] == pytest.approx([0.1, 0.2])  # n − 1
+    assert first["mean_force_N"] == 7.0
+    assert [*zip(combined["seeds"], combined["chose"], strict=True)] == [(3, 3), (3, 2), (3, 3)]
+    assert [*study.best(combined, names[0])["crossover"]] == [0.9]
+    nothing = study.combine(_choices(0.9, [None, None]), names, "force_N")
+    assert study.best(nothing, names[0]).empty

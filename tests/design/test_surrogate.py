@@ -31,11 +31,11 @@ BRIEF = TrainingSettings(epochs=20)
 @pytest.mark.slow
 def test_the_papers_network_reaches_the_papers_error(training: Training) -> None:
     assert training.surrogate.facts.layers == (2, 20, 50, 2)
-    assert training.epoch[-1] == 5000
+    assert training.curve[-1]["epoch"] == 5000
     # the paper: below 0.001; smooth data without noise give some 1e-6
-    assert training.training_mse[-1] < 1e-4
-    assert training.test_mse[-1] < 1e-4
-    assert training.training_mse[0] > 1e-2
+    assert training.curve[-1]["training_mse"] < 1e-4
+    assert training.curve[-1]["test_mse"] < 1e-4
+    assert training.curve[0]["training_mse"] > 1e-2
     facts = training.surrogate.facts
     assert (facts.training_designs, facts.test_designs) == (166, 42)
 
@@ -44,8 +44,10 @@ def test_reported_error_is_that_of_the_predictions(training: Training) -> None:
     data, model = stand_in.table(), training.surrogate
     miss = model.predict(data.inputs) - data.outputs
     normalised = miss / (model.outputs.high - model.outputs.low)
-    assert np.mean(normalised[training.test] ** 2) == pytest.approx(training.test_mse[-1])
-    assert np.mean(normalised[~training.test] ** 2) == pytest.approx(training.training_mse[-1])
+    assert np.mean(normalised[training.test] ** 2) == pytest.approx(training.curve[-1]["test_mse"])
+    assert np.mean(normalised[~training.test] ** 2) == pytest.approx(
+        training.curve[-1]["training_mse"]
+    )
     force = np.sqrt(np.mean(miss[training.test, 1] ** 2))
     assert model.facts.rms_error["force_N"].test == pytest.approx(force)
 

@@ -87,7 +87,7 @@ def test_what_is_written_is_a_measurement_and_hides_the_truth(tmp_path: Path) ->
 def test_draws_have_the_priors_mean_and_spread(prior: Prior) -> None:
     """To some standard errors of 20,000 draws."""
     rng = np.random.default_rng(8)
-    draws = np.array([synthetic.draw(prior, rng) for _ in range(20_000)])
+    draws = np.array([prior.at(float(normal)) for normal in rng.standard_normal(20_000)])
     assert draws.mean() == pytest.approx(prior.mean, abs=5 * prior.spread / math.sqrt(20_000))
     assert draws.std() == pytest.approx(prior.spread, rel=0.08)
     assert prior.positive == bool((draws > 0).all())

@@ -37,9 +37,7 @@ from dolfingrip.report.video import POLICY, labelled, titled, write
 def test_a_film_shows_each_picture(tmp_path: Path) -> None:
     """Grey levels come back in order, one column less of an odd width."""
     levels = [20, 120, 220]
-    files = write(
-        tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels], POLICY.frame_ms
-    )
+    files = write(tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels])
     assert [file.suffix for file in files] == [".gif", ".mp4"]
     with av.open(str(tmp_path / "film.mp4")) as container:
         stream = container.streams.video[0]
@@ -169,7 +167,7 @@ def test_a_gif_is_small_enough_to_send(tmp_path: Path) -> None:
     seed = 3
     print("seed", seed)
     images = list(np.random.default_rng(seed).integers(0, 255, (16, 80, 80, 3), np.uint8))
-    write(tmp_path / "film", images, POLICY.frame_ms, replace(POLICY, gif_bytes=14_000))
+    write(tmp_path / "film", images, replace(POLICY, gif_bytes=14_000))
     assert (tmp_path / "film.gif").stat().st_size <= 14_000
     with Pillow.open(tmp_path / "film.gif") as film:
         assert 1 < film.n_frames < 16

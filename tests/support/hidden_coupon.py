@@ -13,7 +13,7 @@ from support.stiffened import stiffened
 
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.policy import Policy
-from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.parameter import scaled
 
 GAUGE_mm: Final = 33.0
@@ -236,7 +236,8 @@ def measured(protocol: Protocol, truth: Truth, rng: np.random.Generator) -> list
 def _force(bar: UniaxialTension, truth: Truth, pull: Pull) -> np.ndarray:
     """Force of one specimen; below its slack it is not pulled."""
     strain = np.maximum(pull.travel_mm, 0.0) / (GAUGE_mm * truth.gauge)
-    stretched = bar.pull({}, list(strain), list(pull.protocol.time_s), STEP)
+    way = Stretching(list(strain), list(pull.protocol.time_s), STEP)
+    (stretched,) = bar.follow({}, [way])
     return np.asarray(stretched.stress_MPa[0] * AREA_mm2 * truth.area * pull.stiffness)
 
 

@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.sections.tables import assignments
 
 SEED = 4
@@ -32,8 +32,8 @@ force_N = {NOISE_N}
 def force_N() -> np.ndarray:
     """Of a softening coupon."""
     softening = config.load(None, assignments(["extensions.mooney_rivlin.C01_MPa=1.36"]))
-    strain, time_s = list(TRAVEL_mm / GAUGE_mm), list(TRAVEL_mm)
-    pulled = UniaxialTension(softening).pull({}, strain, time_s, 0.02)
+    way = Stretching(list(TRAVEL_mm / GAUGE_mm), list(TRAVEL_mm), 0.02)
+    (pulled,) = UniaxialTension(softening).follow({}, [way])
     return np.ravel(pulled.stress_MPa) * AREA_mm2
 
 

@@ -283,9 +283,8 @@ def _campaign(folder: Path) -> None:
 
 def _result(folder: Path) -> None:
     from dolfingrip.report.page import html, sources
-    from dolfingrip.report.page.content import Given
 
-    page = sources.build(sources.find([folder]), Given(), "")
+    page = sources.build(sources.find([folder]))
     html.rendered(page)
 
 

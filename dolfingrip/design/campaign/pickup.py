@@ -5,6 +5,7 @@ Each grasp, by pressure and friction, is computed once.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -334,12 +335,9 @@ def least(passes: Callable[[int], bool], start: int, low: int, high: int) -> Thr
     success = passes(place)
     ends = _last_alike(passes, place, low if success else high, success=success)
     fails, succeeds = reversed(ends) if success else ends
-    while fails is not None and succeeds is not None and succeeds - fails > 1:
-        middle = (fails + succeeds) // 2
-        if passes(middle):
-            succeeds = middle
-        else:
-            fails = middle
+    if fails is not None and succeeds is not None:
+        fails += bisect_left(range(fails + 1, succeeds), True, key=passes)
+        succeeds = fails + 1
     return Threshold(fails, succeeds)
 
 

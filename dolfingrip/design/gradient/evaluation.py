@@ -11,7 +11,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Floats, Problem
 from dolfingrip.design.quantities.grasp import GRASP, outputs_of
 from dolfingrip.design.quantities.quantity import Quantity
-from dolfingrip.design.quantities.readings import at_places, read
+from dolfingrip.design.quantities.readings import at_places, by_experiment, read
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import Compute
 
@@ -64,11 +64,6 @@ class DesignSimulations:
         starts = [v.start for v in problem.variables]
         self._starts = [case.config(problem.variables, starts) for case in problem.conditions]
 
-    @property
-    def experiments(self) -> list[str]:
-        """Experiments of a design, in the order of the quantities."""
-        return list(dict.fromkeys(str(q.experiment) for q in self.quantities))
-
     def at(
         self,
         values: Sequence[float] | Floats,
@@ -97,8 +92,7 @@ class DesignSimulations:
             made_for = self._starts[number]
             if finer is not None:
                 config, made_for = finer(config), finer(made_for)
-            for experiment in self.experiments:
-                wanted = [q for q in self.quantities if q.experiment == experiment]
+            for experiment, wanted in by_experiment(self.quantities).items():
                 if experiment == GRASP:
                     requests.append(Request.of(experiment, config))
                 else:

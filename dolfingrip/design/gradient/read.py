@@ -310,7 +310,8 @@ def _free_form_variables(base: Config, table: FreeFormTable) -> list[Variable]:
         if inside and table.faces == "contact face":
             continue
         high = table.most_mm
-        if table.outwards_mm is not None and _is_outer(offset, boxes):
+        outer = abs(offset.plane_mm - boxes.body[offset.axis][1]) < TOLERANCE_MM
+        if table.outwards_mm is not None and outer:
             high = min(table.outwards_mm, table.most_mm)
         start = float(parameter.value(base))
         if not -table.most_mm <= start <= high:
@@ -320,10 +321,6 @@ def _free_form_variables(base: Config, table: FreeFormTable) -> list[Variable]:
             )
         variables.append(Variable(parameter, -table.most_mm, high, start))
     return variables
-
-
-def _is_outer(offset: Offset, boxes: BoxSolid) -> bool:
-    return abs(offset.plane_mm - boxes.body[offset.axis][1]) < TOLERANCE_MM
 
 
 def _at_end(offset: Offset) -> bool:

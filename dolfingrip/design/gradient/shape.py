@@ -44,6 +44,13 @@ PRINTED = ("skin", "cavity")
 """Groups of facets that an overhang is looked for in."""
 
 
+def _diagonals(facets: Floats) -> tuple[Floats, Floats]:
+    """Two vectors across each facet (…, corners, 3), along its sides if it has three corners."""
+    ends = ((0, 1), (0, 2)) if facets.shape[-2] == 3 else ((0, 2), (1, 3))
+    first, second = (facets[..., end, :] - facets[..., start, :] for start, end in ends)
+    return first, second
+
+
 def _edges(mesh: SolidMesh, chosen: Ints | None = None) -> tuple[Ints, Floats, Floats]:
     """Corners (k, 4) with those beside them, edges (k, 3, 3) and their lengths (k, 3)."""
     corners: Ints = mesh.cells[:, BESIDE[mesh.shape.corners]].reshape(-1, 4)
@@ -227,31 +234,20 @@ class UnloadedShape:
         slopes = np.einsum("pkei,kei->pk", moving, by_edge)
         return np.asarray(slopes / self._all.measured[chosen])
 
-    def _normals(self, facets: Ints) -> tuple[Floats, Floats, Floats]:
-        x = self.mesh.points[facets]
-        if facets.shape[1] == 3:
-            first, second = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
-        else:
-            first, second = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
-        return first, second, np.asarray(np.cross(first, second), dtype=float)
-
     def _overhang(self) -> Floats:
         """Angle (deg) of each facet from the vertical, printed along z; 0 if it faces up."""
-        normal = self._normals(self._all.printed)[2]
+        normal = np.cross(*_diagonals(self.mesh.points[self._all.printed]))
         down = -normal[:, 2] / np.linalg.norm(normal, axis=1)
         return np.degrees(np.arcsin(np.clip(down, 0.0, 1.0)))
 
     def _overhang_slopes(self, chosen: Ints) -> Floats:
         facets = self._all.printed[chosen]
-        first, second, normal = self._normals(facets)
+        first, second = _diagonals(self.mesh.points[facets])
+        along, across = _diagonals(self._velocity[:, facets])
+        normal = np.cross(first, second)
         length = np.linalg.norm(normal, axis=1)
         unit = normal / length[:, None]
-        v = self._velocity[:, facets]
-        last = 2 if facets.shape[1] == 3 else 3
-        start = 0 if facets.shape[1] == 3 else 1
-        ahead = 1 if facets.shape[1] == 3 else 2
-        turning = np.cross(v[:, :, ahead] - v[:, :, 0], second)
-        turning += np.cross(first, v[:, :, last] - v[:, :, start])
+        turning = np.cross(along, second) + np.cross(first, across)
         down = turning[..., 2] - unit[:, 2] * np.einsum("pki,ki->pk", turning, unit)
         cosine = np.sqrt(np.clip(1 - unit[:, 2] ** 2, 1e-12, None))
         return np.asarray(np.degrees(-down / length / cosine))

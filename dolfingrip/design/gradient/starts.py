@@ -220,36 +220,38 @@ class Starts:
     """Descents from several starts.
 
     Attributes:
-        descents: one for each start, in order; None where it has no design that can be simulated.
-        failures: why not; "" of the others.
+        descents: one for each start, in order; the error where it has no design that can be
+            simulated.
     """
 
-    descents: list[Descent | None]
-    failures: list[str]
+    descents: list[Descent | NoStart]
 
     def best(self, problem: Problem) -> Descent:
         """The descent that ends best of those that keep the limits."""
-        descents = [d for d in self.descents if d is not None]
+        descents = [d for d in self.descents if isinstance(d, Descent)]
         return min(descents, key=lambda d: (d.best.excess, problem.sign * d.best.objective))
 
     def facts(self, problem: Problem) -> dict[str, Any]:
         """Objectives, and in which variables designs that are as good as the best one differ."""
         best = self.best(problem).best
         rows: list[dict[str, Any]] = []
-        for one, failure in zip(self.descents, self.failures, strict=True):
-            if one is None:
-                rows.append({"ending": failure})
+        good: list[Trial] = []
+        for one in self.descents:
+            if isinstance(one, NoStart):
+                rows.append({"ending": str(one)})
                 continue
+            apart = abs(one.best.objective - best.objective)
+            as_good = apart <= AS_GOOD * abs(best.objective)
+            good += [one.best] if as_good else []
             rows.append(
                 {
                     "start": one.start.objective,
                     "objective": one.best.objective,
                     "simulations": one.simulations,
                     "ending": one.ending,
-                    "as_good": self._as_good(one.best, best),
+                    "as_good": as_good,
                 }
             )
-        good = [d.best for d in self.descents if d and self._as_good(d.best, best)]
         scaled = np.array([trial.scaled for trial in good])
         values = np.array([trial.values for trial in good])
         return {
@@ -260,10 +262,6 @@ class Starts:
                 if np.ptp(scaled[:, i]) > APART
             },
         }
-
-    @staticmethod
-    def _as_good(one: Trial, best: Trial) -> bool:
-        return abs(one.objective - best.objective) <= AS_GOOD * abs(best.objective)
 
 
 def begins(problem: Problem) -> list[np.ndarray | None]:
@@ -295,14 +293,12 @@ def solve(
     """
     simulations = DesignSimulations(problem, compute)
     if problem.objective.experiment == GRASP:
-        return Starts([BayesianSearch(problem, simulations, say, search).run()], [""])
+        return Starts([BayesianSearch(problem, simulations, say, search).run()])
     solver = TrustRegionSQP(problem, simulations, say)
-    every = Starts([solver.run()], [""])
+    descents: list[Descent | NoStart] = [solver.run()]
     for begin in begins(problem)[1:]:
         try:
-            every.descents.append(solver.run(begin))
-            every.failures.append("")
+            descents.append(solver.run(begin))
         except NoStart as error:
-            every.descents.append(None)
-            every.failures.append(str(error))
-    return every
+            descents.append(error)
+    return Starts(descents)

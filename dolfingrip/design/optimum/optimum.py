@@ -16,7 +16,6 @@ from dolfingrip.design.optimum import pareto
 from dolfingrip.design.optimum.pareto import Matrix, NSGA2Settings, TradeOff, Vector
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.files import table
-from dolfingrip.files.campaign import CampaignDesign
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, SurrogateError
 from dolfingrip.files.surrogate import PREFIX
@@ -31,11 +30,11 @@ class Recomputed(NamedTuple):
     """A design by finite elements.
 
     Attributes:
-        outputs: by name; None where they failed.
+        fem: outputs by name; None where they failed.
         failure: why, in one sentence; "" where they did not.
     """
 
-    outputs: Outputs | None
+    fem: Outputs | None
     failure: str = ""
 
 
@@ -144,13 +143,11 @@ def evaluator(
     def evaluate(designs: Sequence[dict[str, float]]) -> list[Recomputed]:
         campaign.run(plan(*designs), out, where, progress=progress)
         rows = campaign.read(out).by_key()
-        return [_recomputed(rows[plan(design).designs()[0].key]) for design in designs]
+        made = [rows[plan(design).designs()[0].key] for design in designs]
+        reasons = ["" if one.outputs else one.failure or "not computed" for one in made]
+        return [Recomputed(one.outputs, why) for one, why in zip(made, reasons, strict=True)]
 
     return evaluate
-
-
-def _recomputed(design: CampaignDesign) -> Recomputed:
-    return Recomputed(design.outputs, "" if design.outputs else design.failure or "not computed")
 
 
 def resolve(optimum: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile:
@@ -174,11 +171,11 @@ def resolve(optimum: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile
         for design, answer in zip(distinct, evaluate(distinct), strict=True)
     }
     front = tuple(
-        p.model_copy(update=_update(solved[tuple(p.inputs.items())])) if i in places else p
+        p.model_copy(update=solved[tuple(p.inputs.items())]._asdict()) if i in places else p
         for i, p in enumerate(optimum.front)
     )
     designs = [
-        d.model_copy(update={**_update(solved[tuple(d.inputs.items())]), "resolved": True})
+        d.model_copy(update={**solved[tuple(d.inputs.items())]._asdict(), "resolved": True})
         for d in optimum.designs
     ]
     first, second = optimum.objectives
@@ -199,10 +196,6 @@ def resolve(optimum: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile
             "surrogate_error_on_front": {name: e for name, e in errors.items() if e is not None},
         }
     )
-
-
-def _update(computed: Recomputed) -> dict[str, Any]:
-    return {"fem": computed.outputs, "failure": computed.failure}
 
 
 def _output(design: ChosenDesign, of: NamedObjective) -> float | None:

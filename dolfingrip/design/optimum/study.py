@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+import pandas as pd
 
 from dolfingrip.design.optimum.pareto import NSGA2Settings, TradeOff, fronts
 from dolfingrip.design.surrogate import surrogate as network
@@ -49,7 +48,6 @@ class StudyChoice(NamedTuple):
     crossover: float
     mutation: float
     seed: int
-    front_points: int
     design: tuple[float, ...] | None
     values: tuple[float, float] | None
 
@@ -217,7 +215,7 @@ def trial(
     settings = NSGA2Settings(population, max(generations), crossover, mutation, seed)
     choices = []
     for number, front in fronts(
-        TradeOff.of(_load(surrogate), named), settings, generations
+        TradeOff.of(_loaded(Path(surrogate)), named), settings, generations
     ).items():
         chosen = front.choose(limit)
         choices.append(
@@ -231,60 +229,40 @@ def trial(
     return {"choices": choices, "cpu_s": time.process_time() - start}
 
 
-@cache
-def _load(folder: str) -> network.Surrogate:
-    return network.load(Path(folder))
+_loaded = cache(network.load)
+
+SETTINGS: Final = ["population", "generations", "crossover", "mutation"]
+"""Columns of a combination of hyperparameters."""
 
 
-class Combination(NamedTuple):
-    """Mean and scatter over the seeds of what one combination of hyperparameters chose.
-
-    ``mean`` and ``sd`` have shape (inputs,); the deviation is that of a sample (n − 1). Seeds whose
-    front had no point within the limit count in ``seeds`` and not in ``chose``.
-    """
-
-    population: int
-    generations: int
-    crossover: float
-    mutation: float
-    seeds: int
-    chose: int
-    mean: npt.NDArray[np.float64]
-    sd: npt.NDArray[np.float64]
-    mean_improved: float
-
-
-def combine(choices: Iterable[StudyChoice], inputs: int = 2) -> list[Combination]:
+def combine(choices: Iterable[StudyChoice], inputs: Sequence[str], improved: str) -> pd.DataFrame:
     """Return mean and standard deviation over the seeds of each combination.
+
+    The deviation is that of a sample (n − 1). Seeds whose front had no point within the limit count
+    in ``seeds`` and not in ``chose``.
 
     Args:
         choices: of all runs.
-        inputs: number of inputs of a design.
+        inputs: names of a design's inputs.
+        improved: title of the improved objective.
 
     Returns:
-        The combinations, in the order of their first choice.
+        A row for each combination, in the order of their first choice.
     """
-    groups: dict[tuple[int, int, float, float], list[StudyChoice]] = defaultdict(list)
-    for choice in choices:
-        groups[choice[:4]].append(choice)
-    return [_combined(key, group, inputs) for key, group in groups.items()]
+    none = (np.nan,) * len(inputs)
+    made = pd.DataFrame(
+        [(*c[:4], *(c.design or none), c.values[1] if c.values else np.nan) for c in choices],
+        columns=[*SETTINGS, *inputs, improved],
+    )
+    groups = made.groupby(SETTINGS, sort=False)
+    columns = {"seeds": groups.size(), "chose": groups[inputs[0]].count()}
+    for name in inputs:
+        columns |= {f"{name}_mean": groups[name].mean(), f"{name}_sd": groups[name].std()}
+    columns[f"mean_{improved}"] = groups[improved].mean()
+    return pd.DataFrame(columns).reset_index()
 
 
-def _combined(
-    key: tuple[int, int, float, float], group: Sequence[StudyChoice], inputs: int
-) -> Combination:
-    designs = np.array([choice.design for choice in group if choice.design is not None])
-    improved = [choice.values[1] for choice in group if choice.values is not None]
-    mean = sd = np.full(inputs, np.nan)
-    if len(designs) > 0:
-        mean = designs.mean(axis=0)
-    if len(designs) > 1:
-        sd = designs.std(axis=0, ddof=1)
-    average = float(np.mean(improved)) if improved else float("nan")
-    return Combination(*key, len(group), len(designs), mean, sd, average)
-
-
-def best(combinations: Iterable[Combination]) -> list[Combination]:
+def best(combinations: pd.DataFrame, first: str) -> pd.DataFrame:
     """Return the rates of least scatter for each population and number of generations.
 
     It is the scatter of the first input (ξ1) alone, as in the paper. Combinations where some seed
@@ -292,34 +270,11 @@ def best(combinations: Iterable[Combination]) -> list[Combination]:
 
     Args:
         combinations: that are compared.
+        first: name of the first input.
 
     Returns:
         One for each population and number of generations.
     """
-    groups: dict[tuple[int, int], list[Combination]] = defaultdict(list)
-    for combination in combinations:
-        if combination.chose == combination.seeds and np.isfinite(combination.sd[0]):
-            groups[combination[:2]].append(combination)
-    return [min(group, key=lambda one: one.sd[0]) for _, group in sorted(groups.items())]
-
-
-def rows(
-    combinations: Iterable[Combination], inputs: Sequence[str], improved: str
-) -> list[dict[str, object]]:
-    """Write combinations as rows of a table, a column for each input's mean and deviation.
-
-    Args:
-        combinations: to be written.
-        inputs: names of the inputs.
-        improved: title of the improved objective.
-
-    Returns:
-        The rows.
-    """
-    table = []
-    for one in combinations:
-        row: dict[str, object] = dict(list(one._asdict().items())[:6])
-        for name, mean, sd in zip(inputs, one.mean, one.sd, strict=True):
-            row[f"{name}_mean"], row[f"{name}_sd"] = float(mean), float(sd)
-        table.append({**row, f"mean_{improved}": one.mean_improved})
-    return table
+    scatter = f"{first}_sd"
+    sure = combinations[(combinations["chose"] == combinations["seeds"])].dropna(subset=[scatter])
+    return sure.loc[sure.groupby(SETTINGS[:2])[scatter].idxmin()]

@@ -71,13 +71,13 @@ class FingerReadings(QuantitySource):
         return Quantity(name, chosen, where, values, chosen == usual)
 
     def check_design(self, wanted: Sequence[Quantity], design: AskedDesign) -> None:
-        for experiment, some in _by_experiment(wanted).items():
+        for experiment, some in by_experiment(wanted).items():
             request(experiment, some, design)
 
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], design: AskedDesign) -> None:
         assert outcome.curve is not None
         assert outcome.gradients is not None
-        for experiment, some in _by_experiment(wanted).items():
+        for experiment, some in by_experiment(wanted).items():
             asking = request(experiment, some, design)
             answer = compute(asking)
             outcome.curve |= _curve(asking, answer)
@@ -91,12 +91,12 @@ class FingerReadings(QuantitySource):
                 outcome.gradients[str(quantity)] = _sorted(slopes, design.keys or ())
 
 
-def _by_experiment(wanted: Sequence[Quantity]) -> dict[str, list[Quantity]]:
+def by_experiment(wanted: Sequence[Quantity]) -> dict[str, list[Quantity]]:
     """Quantities by the experiment that gives them."""
-    by_experiment: dict[str, list[Quantity]] = {}
+    quantities: dict[str, list[Quantity]] = {}
     for quantity in wanted:
-        by_experiment.setdefault(str(quantity.experiment), []).append(quantity)
-    return by_experiment
+        quantities.setdefault(str(quantity.experiment), []).append(quantity)
+    return quantities
 
 
 def request(experiment: str, wanted: Sequence[Quantity], design: AskedDesign) -> Request:

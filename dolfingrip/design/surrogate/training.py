@@ -53,15 +53,13 @@ class Training:
     """A trained surrogate and what happened.
 
     Attributes:
-        epoch: shape (samples,), from 0 (untrained) on.
-        training_mse, test_mse: shape (samples,), of normalised outputs, after that many epochs.
+        curve: ``epoch``, from 0 (untrained) on, ``training_mse`` and ``test_mse`` of normalised
+            outputs after that many epochs.
         test: shape (designs,), whether a design of the table was held out.
     """
 
     surrogate: Surrogate
-    epoch: npt.NDArray[np.int_]
-    training_mse: npt.NDArray[np.float64]
-    test_mse: npt.NDArray[np.float64]
+    curve: list[dict[str, float]]
     test: npt.NDArray[np.bool_]
 
 
@@ -122,28 +120,19 @@ def train(
     x = torch.from_numpy(2 * surrogate.inputs.normalise(table.inputs) - 1)
     y = torch.from_numpy(surrogate.outputs.normalise(table.outputs))
     held_out = torch.from_numpy(test)
-    curve = _fit(
-        net,
-        (x[~held_out], y[~held_out]),
-        (x[held_out], y[held_out]),
-        settings,
-        SAMPLED_EPOCHS,
-        progress,
-    )
+    parts = {"training": (x[~held_out], y[~held_out]), "test": (x[held_out], y[held_out])}
+    curve = _fit(net, parts, settings, progress)
     surrogate = replace(surrogate, facts=_judged(surrogate, table, test, curve[-1]))
-    epoch, training_mse, test_mse = np.array(curve).T
-    return Training(surrogate, epoch.astype(int), training_mse, test_mse, test)
+    return Training(surrogate, curve, test)
 
 
 def _fit(
     net: torch.nn.Module,
-    seen: Pair,
-    unseen: Pair,
+    parts: dict[str, Pair],
     settings: TrainingSettings,
-    sampled_epochs: int,
     progress: Progress | None,
-) -> list[tuple[int, float, float]]:
-    """Train in place; epoch, training MSE and test MSE every so many epochs."""
+) -> list[dict[str, float]]:
+    """Train in place; the learning curve of each part of the designs."""
     import torch
 
     adam = torch.optim.Adam(net.parameters(), lr=settings.rate)
@@ -152,18 +141,19 @@ def _fit(
     )
     mse = torch.nn.functional.mse_loss
 
-    def errors() -> tuple[float, float]:
+    def errors(epoch: int) -> dict[str, float]:
         with torch.no_grad():
-            return tuple(float(mse(net(x), y)) for x, y in (seen, unseen))  # type: ignore[return-value]
+            mses = {f"{part}_mse": float(mse(net(x), y)) for part, (x, y) in parts.items()}
+        return {"epoch": epoch, **mses}
 
-    curve = [(0, *errors())]
+    curve, (x, y) = [errors(0)], parts["training"]
     for epoch in range(1, settings.epochs + 1):
         adam.zero_grad()
-        mse(net(seen[0]), seen[1]).backward()
+        mse(net(x), y).backward()
         adam.step()
         decay.step()
-        if epoch % sampled_epochs == 0 or epoch == settings.epochs:
-            curve.append((epoch, *errors()))
+        if epoch % SAMPLED_EPOCHS == 0 or epoch == settings.epochs:
+            curve.append(errors(epoch))
             if progress is not None:
                 progress(epoch)
     return curve
@@ -179,7 +169,7 @@ def _judged(
     surrogate: Surrogate,
     table: Table,
     test: npt.NDArray[np.bool_],
-    last: tuple[int, float, float],
+    last: dict[str, float],
 ) -> SurrogateFile:
     """Contents of ``surrogate.json`` with what came of the training."""
     miss = surrogate.predict(table.inputs) - table.outputs
@@ -192,8 +182,8 @@ def _judged(
     }
     return surrogate.facts.model_copy(
         update={
-            "training_mse": last[1],
-            "test_mse": last[2],
+            "training_mse": last["training_mse"],
+            "test_mse": last["test_mse"],
             "rms_error": rms,
             "training_designs": int((~test).sum()),
             "test_designs": int(test.sum()),

@@ -72,8 +72,9 @@ class FingerAdjoints:
         model = finger.model
         solve = (newton or Newton(model, finger.config.solver)).linear()
         self._adjoints = {
-            name: Adjoint(model, lambda: solve, _raw(reading))
-            for name, reading in self._readings.items()
+            # a reading without its zero
+            name: Adjoint(model, lambda: solve, one.raw if isinstance(one, FromRest) else one)
+            for name, one in self._readings.items()
         }
 
     # -- by all coordinates ----------------------------------------------------------------------
@@ -199,8 +200,3 @@ class FingerAdjoints:
                 for one, zero in zip(moves, zeros, strict=True)
             }
         return by_column
-
-
-def _raw(reading: Reading) -> Reading:
-    """A reading without its zero."""
-    return reading.raw if isinstance(reading, FromRest) else reading

@@ -6,8 +6,9 @@ modes of tension, its limit points and its stability.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -26,13 +27,16 @@ class Law:
 
     Attributes:
         fittable: its values with their starts and bounds.
-        keys: keys of its parameters in the configuration; entries of lists are numbered from 0.
         material: law of the base material.
     """
 
     fittable: Fittable
-    keys: tuple[str, ...]
     material: type[MaterialLaw]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of its parameters in the configuration; entries of lists are numbered from 0."""
+        return tuple(f"material.{key}" for key in self.fittable.keys)
 
     @property
     def name(self) -> str:
@@ -64,13 +68,9 @@ class Law:
         return by_name
 
 
-def _of_material(law: type[MaterialLaw], fittable: Fittable) -> Law:
-    return Law(fittable, tuple(f"material.{key}" for key in fittable.keys), law)
-
-
 LAWS: Final[Mapping[str, Law]] = {
     law.name: law
-    for law in (_of_material(law, each) for law in MATERIALS.values() for each in law.fits)
+    for law in (Law(fittable, kind) for kind in MATERIALS.values() for fittable in kind.fits)
 }
 """By name."""
 
@@ -87,11 +87,11 @@ EXPONENTS: Final[dict[Mode, np.ndarray]] = {
 LOG_STEP: Final = 0.005
 """Step of searches for instabilities and limit points, in the logarithm of the stretch."""
 
-WIDEST_LOG_STRETCH: Final = 3.0
-"""Largest logarithm of a lateral stretch, from that at constant volume, in its search."""
-
 Values = Sequence[float] | np.ndarray
 """Values of a law's parameters, in the order of its keys."""
+
+Energy = Callable[[Invariants], Jet]
+"""Energy of a law with its values, at constant volume (mJ/mm³)."""
 
 
 class OfStretches:
@@ -128,87 +128,53 @@ class OfStretches:
         )
 
 
-def stress(
-    law: Law,
-    mode: Mode,
-    stretch: np.ndarray,
-    values: Values,
-    bulk_MPa: float | None = None,
-) -> np.ndarray:
+def stress(law: Law, mode: Mode, stretch: np.ndarray, values: Values) -> np.ndarray:
     """Nominal stress (MPa) along the stretch.
 
     P = (λ₁ ∂ψ/∂λ₁ − λ₃ ∂ψ/∂λ₃)/λ₁ at constant volume, direction 3 being free (Ogden, Non-Linear
-    Elastic Deformations, 1984, section 7.2). With a bulk modulus the free directions' stretch is
-    the root of their stress; K/2 (ln J)² is then added to ψ, the energy of the isochoric stretches.
+    Elastic Deformations, 1984, section 7.2).
 
     Args:
         law: the law.
         mode: mode of tension; in planar tension direction 2 is held.
         stretch: (n,) stretches, above 0.
         values: values of the law's parameters.
-        bulk_MPa: bulk modulus K; None: the law is incompressible.
     """
-    stretch, numbers = np.asarray(stretch, dtype=float), np.asarray(values, dtype=float)
-    if bulk_MPa is None:
-        logarithms = EXPONENTS[mode][:, None] * np.log(stretch)
-        return np.asarray(law.energy(numbers, OfStretches(logarithms)).x / stretch)
-    stresses = [_compressible(law, mode, float(x), numbers, bulk_MPa) for x in stretch.ravel()]
-    return np.reshape(stresses, stretch.shape)
+    return _nominal(partial(law.energy, values), mode, np.asarray(stretch, dtype=float))
 
 
-def _compressible(
-    law: Law, mode: Mode, stretch: float, values: np.ndarray, bulk_MPa: float
-) -> float:
-    def kirchhoff(ln_lateral: float) -> np.ndarray:
-        lateral = np.exp(ln_lateral)
-        second = {"uniaxial": lateral, "planar": 1.0, "equibiaxial": stretch}[mode]
-        logarithms = np.log([stretch, second, lateral])
-        ln_j = logarithms.sum()
-        energy = law.energy(values, OfStretches(logarithms - ln_j / 3))
-        tau = np.array([energy.x, energy.y, 0.0])
-        return np.asarray(tau - tau.mean() + bulk_MPa * ln_j)
-
-    middle = float(EXPONENTS[mode][2] * np.log(stretch))
-    root = scipy.optimize.brentq(
-        lambda x: float(kirchhoff(x)[2]),
-        middle - WIDEST_LOG_STRETCH,
-        middle + WIDEST_LOG_STRETCH,
-        xtol=1e-14,
-        rtol=1e-14,
-    )
-    return float(kirchhoff(root)[0] / stretch)
+def _nominal(energy: Energy, mode: Mode, stretch: np.ndarray) -> np.ndarray:
+    strains = OfStretches(EXPONENTS[mode][:, None] * np.log(stretch))
+    return np.asarray(energy(strains).x / stretch)
 
 
-def balloon(law: Law, stretch: np.ndarray, values: Values) -> np.ndarray:
+def balloon(energy: Energy, stretch: np.ndarray) -> np.ndarray:
     """Pressure (MPa) in a thin spherical balloon, over 2 · wall / radius at rest: P/λ²."""
-    return stress(law, "equibiaxial", stretch, values) / np.asarray(stretch) ** 2
+    return _nominal(energy, "equibiaxial", stretch) / stretch**2
 
 
-def limit_points(
-    law: Law, values: Values, highest: float, log_step: float = LOG_STEP
-) -> list[tuple[float, bool]]:
+def limit_points(energy: Energy, highest: float) -> list[tuple[float, bool]]:
     """Find the stretches at which a balloon's pressure has a maximum or a minimum.
 
     Args:
-        law: the law.
-        values: values of its parameters.
+        energy: energy of the balloon's walls, by the invariants.
         highest: stretch up to which they are sought. Nothing is known of larger stretches.
-        log_step: step of the search, in the logarithm of the stretch.
 
     Returns:
         Each stretch, and whether the pressure has a maximum there.
     """
-    stretch = np.exp(np.arange(np.log(1.005), np.log(highest), log_step))
+    stretch = np.exp(np.arange(np.log(1.005), np.log(highest), LOG_STEP))
 
     def slope(at: np.ndarray | float) -> np.ndarray:
         at, h = np.atleast_1d(at), 1e-4
-        after, before = (balloon(law, at * (1 + way), values) for way in (h, -h))
+        after, before = (balloon(energy, at * (1 + way)) for way in (h, -h))
         return np.asarray(after - before)
 
-    rates, pressures = slope(stretch), balloon(law, stretch, values)
-    turned = np.signbit(rates[1:]) != np.signbit(rates[:-1])
-    # where chains of a limited length end, the pressure jumps and does not turn
-    turned &= np.abs(np.diff(pressures)) < 0.5 * np.abs(pressures[:-1])
+    with np.errstate(all="ignore"):  # where chains of a limited length end
+        rates, pressures = slope(stretch), balloon(energy, stretch)
+        turned = np.signbit(rates[1:]) != np.signbit(rates[:-1])
+        # the pressure jumps there and does not turn
+        turned &= np.abs(np.diff(pressures)) < 0.5 * np.abs(pressures[:-1])
     turns = np.flatnonzero(turned)
     return [
         (
@@ -219,9 +185,7 @@ def limit_points(
     ]
 
 
-def unstable_from(
-    law: Law, mode: Mode, values: Values, highest: float, log_step: float = LOG_STEP
-) -> float | None:
+def unstable_from(law: Law, mode: Mode, values: Values, highest: float) -> float | None:
     """Find the stretch from which on the law violates Drucker's criterion, dτ : dε > 0.
 
     At constant volume the Hessian of ψ by the logarithmic strains must be positive definite.
@@ -231,12 +195,11 @@ def unstable_from(
         mode: mode of tension along which the law is deformed.
         values: values of its parameters.
         highest: stretch up to which it is sought. The end of the search is no finding.
-        log_step: step of the search, in the logarithm of the stretch.
 
     Returns:
         The largest stretch before the first violation; None if there is none up to ``highest``.
     """
-    grid = np.append(np.arange(0, np.log(highest), log_step), np.log(highest))
+    grid = np.append(np.arange(0, np.log(highest), LOG_STEP), np.log(highest))
 
     strains = OfStretches(EXPONENTS[mode][:, None] * grid)
     energy = law.energy(np.asarray(values, dtype=float), strains)

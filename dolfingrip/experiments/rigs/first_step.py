@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +12,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
+from dolfingrip.experiments.rigs.undeformed import of_order
 from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.mechanics.model.supports import at_rest
@@ -20,7 +21,7 @@ from dolfingrip.meshes.adoption import adopt as adoption
 from dolfingrip.meshes.adoption.adopt import AdoptedPart
 from dolfingrip.meshes.adoption.roles import Asked, direction_said, snapped
 from dolfingrip.meshes.adoption.sizes import MeshRequest
-from dolfingrip.meshes.solid import Floats, SolidMesh, assemble
+from dolfingrip.meshes.solid import Floats
 
 POISSON: Final = 0.3
 """Ratio of the step's material: linear elements of a rubber would not bend."""
@@ -86,28 +87,17 @@ def adopt(path: Path, hints: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
 
 def _bends(part: AdoptedPart) -> tuple[float, Floats]:
     """The tip's way across by the largest displacement, and (3,) its direction in the frame."""
-    moved = _displaced(distribute(MPI.COMM_SELF, _corners(part.mesh)))
-    across = np.array([moved.tip[0], 0.0 if part.roles.half else moved.tip[1], 0.0])
+    tip, largest = _displaced(distribute(MPI.COMM_SELF, of_order(part.mesh, 1)))
+    across = np.array([tip[0], 0.0 if part.roles.half else tip[1], 0.0])
     size = float(np.linalg.norm(across))
-    return size / moved.largest, across / max(size, 1e-300)
+    return size / largest, across / max(size, 1e-300)
 
 
-def _corners(mesh: SolidMesh) -> SolidMesh:
-    if mesh.order == 1:
-        return mesh
-    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets)
+def _displaced(domain: Domain) -> tuple[Floats, float]:
+    """Mean displacement of the tip, and the largest one, of any unit.
 
-
-@dataclass(frozen=True, slots=True)
-class _Displacement:
-    """Mean displacement of the tip, and the largest one, of any unit."""
-
-    tip: Floats
-    largest: float
-
-
-def _displaced(domain: Domain) -> _Displacement:
-    """The displacement of a linear elastic solid of one modulus with pressure in its cavities."""
+    They are those of a linear elastic solid of one modulus with pressure in its cavities.
+    """
     space = fem.functionspace(domain.mesh, ("Lagrange", 1, (3,)))
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     strain = ufl.sym(ufl.grad(u))
@@ -126,4 +116,4 @@ def _displaced(domain: Domain) -> _Displacement:
     inverse.pc.apply(right, solution)
     moved = solution.array.reshape(-1, 3)
     tip = fem.locate_dofs_topological(space, 2, domain.facets("tip"))
-    return _Displacement(moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max()))
+    return moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max())

@@ -48,25 +48,16 @@ class GraspReadings:
 
     Args:
         gripper: model of the gripper at its start.
-        lift_starts_s: time at which the lift begins.
-        first_s: the model's time that counts as 0 s.
-        closing_starts_s: time at which the food is in place; 0: it is from the start.
+        config: that it was built from, with the times of its stages.
 
     Attributes:
         moments: all accepted steps so far in which the food is in place.
     """
 
-    def __init__(
-        self,
-        gripper: GripperModel,
-        lift_starts_s: float,
-        first_s: float = 0.0,
-        closing_starts_s: float = 0.0,
-    ) -> None:
+    def __init__(self, gripper: GripperModel, config: Config) -> None:
         self._gripper = gripper
-        self._first_s = first_s
-        self.lift_starts_s = lift_starts_s
-        self._closing_starts_s = closing_starts_s
+        self._lift_starts_s = lift_starts_s(config)
+        self._closing_starts_s = closing_starts_s(config)
         model = gripper.model
         domain, space = model.domain, model.u.function_space
         self._comm = model.comm
@@ -111,16 +102,16 @@ class GraspReadings:
         self._energy.book()
         self._balance()
         self.angles_deg()
-        if 0 < self._closing_starts_s > gripper.model.time_s - self._first_s + 1e-9:
+        time_s = gripper.model.time_s - SETTLING_S
+        if 0 < self._closing_starts_s > time_s + 1e-9:
             return
         q = gripper.pose.coordinates
         weight_N = float(np.linalg.norm(gripper.motion.weight_N))
-        time_s = gripper.model.time_s - self._first_s
         table_z = gripper.model.controls["table_z_mm"].value
         self.moments.append(
             Moment(
                 time_s,
-                time_s > self.lift_starts_s + 1e-9,
+                time_s > self._lift_starts_s + 1e-9,
                 q[:3].copy(),
                 float(q[2]) - table_z - self._height,
                 self.normal_N(),
@@ -282,7 +273,6 @@ class EnergyBook:
 
     Attributes:
         pressure_mJ: work of the pressure since the first step.
-        table_mJ: work of the table on the food.
         friction_mJ: energy that sliding has dissipated; it never decreases.
         error_mJ: increase of the stored energy, less the works, plus the dissipated energy.
     """
@@ -293,7 +283,7 @@ class EnergyBook:
         inertia = gripper.finger.inertia
         self._inertia = None if inertia is None else (inertia, to_assemble(inertia.energy))
         self._last: tuple[float, float, float, float, float] | None = None
-        self.pressure_mJ = self.table_mJ = self.friction_mJ = self.error_mJ = 0.0
+        self.pressure_mJ = self.friction_mJ = self.error_mJ = 0.0
 
     def book(self) -> None:
         """Add the energies of the converged step at whose end the model is."""
@@ -309,7 +299,6 @@ class EnergyBook:
             pressing = (pressure + then) / 2 * (volume - before)
             lifting = (force + pushed) / 2 * (height - place)
             self.pressure_mJ += pressing
-            self.table_mJ += lifting
             self.error_mJ += stored - was - pressing - lifting + taken
         self.friction_mJ += taken
         self._last = volume, pressure, force, height, stored
@@ -378,9 +367,7 @@ class GraspRig(Rig):
             min(float(np.linalg.norm(root)) for root in roots),
             np.array([root / np.linalg.norm(root) for root in roots]),
         )
-        self._reads = GraspReadings(
-            gripper, lift_starts_s(config), SETTLING_S, closing_starts_s(config)
-        )
+        self._reads = GraspReadings(gripper, config)
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> GraspRig:

@@ -71,18 +71,16 @@ class Acceleration(Memory):
         site: of the fingers, whose weights are constants of it.
         motion: of the food.
         height: of the table, seen from the gripper.
-        first_s: the model's time that counts as 0 s.
     """
 
     config: Config
     site: Site
     motion: RigidMotion
     height: fem.Constant
-    first_s: float
 
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set weights and height; between stops the table's way is curved."""
-        time_s -= self.first_s
+        time_s -= SETTLING_S
         rate = Lift.of(self.config).acceleration_mm_per_s2(time_s - lift_starts_s(self.config))
         more = 1 + 1e-3 * rate / GRAVITY_M_S2
         self.motion.gravity_m_s2[:] = more * GRAVITY_M_S2 * np.array(DOWN)
@@ -225,7 +223,7 @@ def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Gr
     mirror = [_mirror_image(config, domain, u)] if domain.half else []
     accelerated = gripper.lift_acceleration_m_s2 is not None
     additions = Additions(
-        memories=[Acceleration(config, site, motion, height, SETTLING_S)] if accelerated else [],
+        memories=[Acceleration(config, site, motion, height)] if accelerated else [],
         terms=[motion, contact, finger_friction, table, table_friction, *mirror],
         global_unknowns=pose.free,
         controls={"table_z_mm": RisingTable(height, table=table)},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import ipctk
@@ -29,15 +30,22 @@ NEAR_WIDTHS = 10.0
 """Distance, by the barrier's width, from which on opposite walls are near."""
 
 
-class BellowsGaps:
-    """Smallest distance across each gap between bellows, base block and tip.
+class ContactGap(Reading):
+    """Smallest distance between neighbours of bellows, base block and tip (mm).
 
-    Parts are identified by the configuration's dimensions, so a mesh file of another shape has
-    no gaps here. Vertices below the gap's floor belong to no part.
+    It is NaN if none is known or near. Parts are identified by the configuration's dimensions, so a
+    mesh file of another shape has no gaps here. Vertices below the gap's floor belong to no part.
+
+    Attributes:
+        gaps_mm: distance of each pair of neighbours at the last reading; infinite beyond 1.25 times
+            the gap at rest.
     """
 
+    differentiable = False
+
     def __init__(self, finger: FingerModel) -> None:
-        self._model = finger.model
+        super().__init__(finger.model, channels.CONTACT_GAP.name)
+        self.gaps_mm: dict[str, float] = {}
         geometry = finger.config.geometry
         gaps = geometry.gaps()
         self._reach = 1.25 * gaps.width_mm
@@ -72,39 +80,16 @@ class BellowsGaps:
         mesh.can_collide = ipctk.make_vertex_patches_filter(part[vertices].astype(np.int32))
         return mesh, vertices
 
-    def all_mm(self) -> dict[str, float]:
-        """Distance of each pair of neighbours (mm); infinite beyond 1.25 times the gap at rest."""
-        if self._surface is None:
-            return {}
-        dofs = self._model.u.x.array
-        now = self._surface.positions(dofs)
-        gaps_mm = {}
-        for name, mesh, vertices in self._pairs:
-            moved = np.asfortranarray(now[vertices])
-            close = ipctk.NormalCollisions()
-            close.build(mesh, moved, self._reach)
-            gaps_mm[name] = float(np.sqrt(close.compute_minimum_distance(mesh, moved)))
-        return gaps_mm
-
-
-class ContactGap(Reading):
-    """Smallest distance between neighbouring bellows (mm); NaN if none is known or near.
-
-    Attributes:
-        gaps_mm: distance of each pair of neighbours at the last reading.
-    """
-
-    differentiable = False
-
-    def __init__(self, finger: FingerModel) -> None:
-        super().__init__(finger.model, channels.CONTACT_GAP.name)
-        self._gaps = BellowsGaps(finger)
-        self.gaps_mm: dict[str, float] = {}
-
     def value(self) -> float:
-        self.gaps_mm = self._gaps.all_mm()
-        smallest = min(self.gaps_mm.values(), default=np.inf)
-        return smallest if np.isfinite(smallest) else float("nan")
+        self.gaps_mm = {}
+        if self._surface is not None:
+            now = self._surface.positions(self.model.u.x.array)
+            for name, mesh, vertices in self._pairs:
+                moved = np.asfortranarray(now[vertices])
+                close = ipctk.NormalCollisions()
+                close.build(mesh, moved, self._reach)
+                self.gaps_mm[name] = float(np.sqrt(close.compute_minimum_distance(mesh, moved)))
+        return _smallest(self.gaps_mm.values())
 
 
 class WallGap(Reading):
@@ -119,8 +104,12 @@ class WallGap(Reading):
     def value(self) -> float:
         dofs = self.model.u.x.array
         gaps = [cavity.opposite_mm(dofs, NEAR_WIDTHS * cavity.width_mm) for cavity in self._inside]
-        smallest = min(gaps, default=np.inf)
-        return smallest if np.isfinite(smallest) else float("nan")
+        return _smallest(gaps)
+
+
+def _smallest(gaps_mm: Iterable[float]) -> float:
+    smallest = min(gaps_mm, default=np.inf)
+    return smallest if np.isfinite(smallest) else float("nan")
 
 
 def _parts(floor_mm: float, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:

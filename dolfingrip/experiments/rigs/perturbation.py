@@ -63,9 +63,6 @@ class Movement:
         self._model.move_reference(amount * self._nodal if amount else None)
 
 
-Values = Mapping[str, np.ndarray]
-
-
 class ParameterPerturbation:
     """Changes a model to that of another value of a parameter without building it again.
 
@@ -74,7 +71,6 @@ class ParameterPerturbation:
         config: configuration that the model was built from.
         model: model that changes.
         constants: constants of the model, by name.
-        values: the constants' values as a function of a configuration.
         movement: moves the reference mesh; None if the parameter does not move it.
         set_up: called with a configuration and the change of the displacement at rest (mm); sets
             the stages of the supply and the plate's pose, which are neither constants nor mesh.
@@ -90,7 +86,6 @@ class ParameterPerturbation:
         config: Config,
         model: Model,
         constants: Mapping[str, fem.Constant],
-        values: Callable[[Config], Values],
         movement: Movement | None,
         set_up: Callable[[Config, np.ndarray | float], None],
     ) -> None:
@@ -102,17 +97,17 @@ class ParameterPerturbation:
         self._constants = constants
         self._movement = movement
         self._set_up = set_up
-        names = list(values(config))
-        sizes = [np.size(value) for value in values(config).values()]
+        before = constant_values(config, constants)
+        sizes = [np.size(value) for value in before.values()]
 
         def flat(changed: Config) -> np.ndarray:
-            constants = values(changed)
-            return np.concatenate([np.ravel(np.asarray(constants[name], float)) for name in names])
+            values = constant_values(changed, constants)
+            return np.concatenate([np.ravel(np.asarray(values[name], float)) for name in before])
 
         rates = np.split(parameter.derivative(config, flat), np.cumsum(sizes)[:-1])
         self._rates = {
             name: rate.reshape(np.shape(self._constants[name].value))
-            for name, rate in zip(names, rates, strict=True)
+            for name, rate in zip(before, rates, strict=True)
             if rate.any()
         }
 
@@ -232,15 +227,9 @@ def of_constants(
     set_up: Callable[[Config, np.ndarray | float], None] = lambda changed, rest_change: None,
 ) -> list[ParameterPerturbation]:
     """A perturbation for each parameter; the arguments are those of the class."""
-
-    def values(changed: Config) -> dict[str, np.ndarray]:
-        return constant_values(changed, constants)
-
     return [
-        ParameterPerturbation(
-            parameter, config, model, constants, values, movement(parameter), set_up
-        )
-        for parameter in parameters
+        ParameterPerturbation(one, config, model, constants, movement(one), set_up)
+        for one in parameters
     ]
 
 

@@ -252,13 +252,20 @@ def elements(config: Config, order: int | None = None) -> SolidMesh:
         MeshError: one line, if it cannot be meshed.
     """
     mesh = solid(config.changed(mesh={"order": 1}))
-    order = order or (1 if config.solver.element == "P1" else 2)
+    return of_order(mesh, order or (1 if config.solver.element == "P1" else 2))
+
+
+def of_order(mesh: SolidMesh, order: int) -> SolidMesh:
+    """A mesh in elements of an order, the edges of new nodes straight.
+
+    Args:
+        mesh: of the first or second order.
+        order: of its elements.
+    """
     if mesh.order == order:
         return mesh
-    return second_order(mesh) if order == 2 else _linear(mesh)
-
-
-def _linear(mesh: SolidMesh) -> SolidMesh:
+    if order == 2:
+        return second_order(mesh)
     cells = mesh.cells[:, : mesh.shape.corners]
     return assemble(mesh.points, cells, mesh.facets, mesh.regions)
 

@@ -83,7 +83,7 @@ class UniaxialTension:
     """Bars of one material whose effects have other parameters in each.
 
     Args:
-        config: material and effects; parameters that :meth:`pull` is not given stay as here.
+        config: material and effects; parameters that :meth:`follow` is not given stay as here.
 
     Raises:
         ValueError: the material differs between the directions across the bar.
@@ -110,35 +110,17 @@ class UniaxialTension:
         self._energy = Evaluation([density])
         self._ends = Evaluation([end for _, end in history.ends])
 
-    def pull(
-        self,
-        parameters: Mapping[str, np.ndarray],
-        strain: Sequence[float],
-        time_s: Sequence[float],
-        longest: float,
-    ) -> Stretched:
-        """Follow a protocol from rest.
-
-        Args:
-            parameters: (bars,) or (bars, entries) by key of the configuration.
-            strain: nominal strain at each stop.
-            time_s: time of each stop.
-            longest: largest change of strain in one load step.
-
-        Raises:
-            KeyError: a key belongs to no effect that is on.
-        """
-        (stretched,) = self.follow(parameters, [Stretching(strain, time_s, longest)])
-        return stretched
-
     def follow(
         self, parameters: Mapping[str, np.ndarray], protocols: Sequence[Stretching]
     ) -> list[Stretched]:
         """Follow several protocols, each from rest, all at once.
 
         Args:
-            parameters: see :meth:`pull`.
+            parameters: (bars,) or (bars, entries) by key of the configuration.
             protocols: one or more.
+
+        Raises:
+            KeyError: a key belongs to no effect that is on.
         """
         bars = max((len(values) for values in parameters.values()), default=1)
         given = {

@@ -92,6 +92,5 @@ def _part(name: str, bodies: list[_Body], x_mm: float, unloaded: int) -> ScenePa
     )
     frames = places * UPRIGHT
     at_rest = frames[[unloaded]]
-    points, none = frames[unloaded], np.zeros((0, 2), dtype=np.int64)
-    skin = Skin(points, np.arange(len(points)), np.ones(len(points)), triangles, none, creases)
+    skin = Skin.plain(frames[unloaded], triangles, creases)
     return ScenePart(name, skin, np.concatenate([at_rest, frames]))

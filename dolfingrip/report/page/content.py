@@ -5,8 +5,7 @@ Each kind of result contributes to a page by a class of its own.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Literal
@@ -150,7 +149,7 @@ class Page:
     conditions: str = ""
     numbers: list[KeyNumber] = field(default_factory=list)
     scenes: list[dict[str, Any]] = field(default_factory=list)
-    stills: list[tuple[str, Path | bytes]] = field(default_factory=list)
+    stills: list[tuple[str, bytes]] = field(default_factory=list)
     charts: list[Chart] = field(default_factory=list)
     front: Front | None = None
     tables: list[TextTable] = field(default_factory=list)
@@ -197,22 +196,7 @@ class FoundResult:
     inside: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Given:
-    """Data that a page is made with, besides the results.
-
-    Attributes:
-        measured: columns of a measurement, drawn beside the curves.
-        pictures: whether pictures are rendered that stand in place of the 3D view.
-        say: called with a line on what is being read.
-    """
-
-    measured: Columns | None = None
-    pictures: bool = True
-    say: Callable[[str], None] = lambda text: None
-
-
-class Contribution(ABC):
+class Contribution:
     """Part of a page that one kind of result adds.
 
     Attributes:
@@ -227,14 +211,15 @@ class Contribution(ABC):
     inside: ClassVar[Sequence[str]] = ()
     place: ClassVar[int]
 
-    @abstractmethod
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        """Add the results of these kinds to a page.
+    def add(
+        self, page: Page, results: Sequence[FoundResult], measured: Columns | None
+    ) -> list[str]:
+        """Add the results of these kinds to a page, one after the other.
 
         Args:
             page: what it shows so far.
             results: at least one result.
-            given: what else it is made with.
+            measured: columns of a measurement, drawn beside the curves; None: there is none.
 
         Returns:
             Names of the results, for the page's title.
@@ -243,7 +228,15 @@ class Contribution(ABC):
             ResultFileError: one line, if a result cannot be read.
             ConfigError: one line, if its configuration cannot.
         """
-
-    def named(self, results: Sequence[FoundResult]) -> list[str]:
-        """The titles of these results' kinds."""
+        for result in results:
+            self.show(page, result)
         return [self.titles[result.kind] for result in results]
+
+    def show(self, page: Page, result: FoundResult) -> None:
+        """Add one result to a page.
+
+        Args:
+            page: what it shows so far.
+            result: the result.
+        """
+        raise NotImplementedError

@@ -158,6 +158,4 @@ def box_skin(low: Floats, high: Floats) -> Skin:
     )
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     ends = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b).bit_count() == 1]
-    edges = np.array(ends, dtype=np.int64)
-    none = np.zeros((0, 2), dtype=np.int64)
-    return Skin(points, np.arange(8), np.ones(8), triangles.astype(np.int64), none, edges)
+    return Skin.plain(points, triangles.astype(np.int64), np.array(ends, dtype=np.int64))

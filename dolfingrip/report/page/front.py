@@ -10,12 +10,12 @@ from typing import Any, Final
 import numpy as np
 
 from dolfingrip import config as configuration
-from dolfingrip.charts.chart import Axis, Chart
+from dolfingrip.charts.chart import Axis
 from dolfingrip.config import Config
 from dolfingrip.files.campaign import CampaignDesign, CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign, SurrogateFile
-from dolfingrip.report.design import label, learning_curve, unit_of
+from dolfingrip.report.design import label, unit_of
 from dolfingrip.report.page.content import FoundResult, Front, FrontPoint
 from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
@@ -132,19 +132,6 @@ def front(loop: Loop, most_shapes: int = SHAPES) -> Front | None:
         "Designs", _axis(across), _axis(up), points, line, shapes.packed, start,
         _said(designs, errors, shapes),
     )  # fmt: skip
-
-
-def charts(surrogate: Path | None) -> list[Chart]:
-    """Make the chart of how the surrogate learnt.
-
-    Args:
-        surrogate: folder of the training; None: there is none.
-
-    Returns:
-        One chart; none if the errors are not known.
-    """
-    curve = SurrogateFile.learning_curve(surrogate) if surrogate else {}
-    return [learning_curve(curve, None)] if curve else []
 
 
 class _Shapes:

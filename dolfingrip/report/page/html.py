@@ -10,10 +10,9 @@ import base64
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import resources
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -43,17 +42,6 @@ STYLES: Final = {"line": "line", "dash": "dash", "dots": "dash", "points": "poin
 PACKAGE: Final = "dolfingrip.report.page"
 
 
-@dataclass(frozen=True, slots=True)
-class Licence:
-    """A licence of something inside the page."""
-
-    name: str
-    version: str
-    licence: str
-    sha256: str
-    text: str
-
-
 def rendered(page: Page) -> str:
     """The HTML of a page.
 
@@ -80,7 +68,7 @@ def rendered(page: Page) -> str:
             scripts=[Markup(text) for text in scripts],
             data=Markup(json_text(_data(page, charts))),
             licences=licences("report.js"),
-            stills=[(alt, _image(content)) for alt, content in page.stills],
+            stills=[(alt, base64.b64encode(png).decode("ascii")) for alt, png in page.stills],
             sign={"pass": "✓", "fail": "✗", "open": "○", "": ""},
             colours=COLOURS,
         )
@@ -98,7 +86,7 @@ def templates(*packages: str) -> Environment:
     )
 
 
-def licences(script: str) -> list[Licence]:
+def licences(script: str) -> list[dict[str, str]]:
     """Full texts of the licences of what is inside the page with this script of its own.
 
     Args:
@@ -110,13 +98,11 @@ def licences(script: str) -> list[Licence]:
     facts = json.loads(asset("bundle.json"))
     gpl = asset("gpl-3.0.txt")
     return [
-        Licence(
-            part["name"],
-            part["version"] or __version__,
-            part["licence"],
-            part["sha256"],
-            part["licence_text"] or gpl,
-        )
+        {
+            **part,
+            "version": part["version"] or __version__,
+            "text": part["licence_text"] or gpl,
+        }
         for part in facts["parts"]
         if part["file"] in ("vendor.js", script)
     ]
@@ -317,8 +303,3 @@ def content_policy(scripts: list[str], style: str, connect: str = "'none'") -> s
         f"default-src 'none'; script-src {hashes(scripts)}; style-src {hashes([style])}; "
         f"img-src data: blob:; connect-src {connect}; base-uri 'none'; form-action 'none'"
     )
-
-
-def _image(content: Path | bytes) -> str:
-    data = content if isinstance(content, bytes) else content.read_bytes()
-    return f"data:image/png;base64,{base64.b64encode(data).decode('ascii')}"

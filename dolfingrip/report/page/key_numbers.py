@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE, STRETCH, of_band
+from dolfingrip.channels import FORCE, STRETCH, of_band
 from dolfingrip.files.run import GraspKind
 from dolfingrip.report.page.content import Check, KeyNumber
 from dolfingrip.report.page.finger import Fields
@@ -73,13 +73,6 @@ def _at(run: Run, row: int) -> str:
     return "" if values is None else f"at {said(float(values[row]), along.symbol)}"
 
 
-def _verdict(run: Run) -> tuple[str, str]:
-    """Verdict on a number that is read at the end of the path."""
-    if run.result.facts.complete:
-        return "pass", "reached"
-    return "fail", "the path ended early"
-
-
 def _main(run: Run) -> list[KeyNumber]:
     """The first curve of the experiment's plot, where it is largest."""
     curve = run.experiment.plot.curves[0]
@@ -90,9 +83,10 @@ def _main(run: Run) -> list[KeyNumber]:
     channel = next((c for c in run.experiment.table if c.name == curve.column), None)
     name = channel.title if channel else curve.label
     value = said(float(y[row]), channel.symbol if channel else "")
-    verdict, words = _verdict(run)
+    complete = run.result.facts.complete
+    words = "reached" if complete else "the path ended early"
     remarks = [_at(run, row), *_band(run, curve.column, row), words]
-    return [KeyNumber(name, value, "pass" if verdict == "pass" else "fail", ", ".join(remarks))]
+    return [KeyNumber(name, value, "pass" if complete else "fail", ", ".join(remarks))]
 
 
 def _band(run: Run, column: str, row: int) -> list[str]:
@@ -101,14 +95,6 @@ def _band(run: Run, column: str, row: int) -> list[str]:
     if low is None or high is None:
         return []
     return [f"95 %: {said(float(low[row]))} to {said(float(high[row]))}"]
-
-
-def _bending(run: Run) -> list[KeyNumber]:
-    shown = _main(run)
-    chord = run.column(CHORD_ANGLE.name)
-    if chord is not None and run.column(ANGLE.name) is not None and not shown:
-        shown = [KeyNumber(CHORD_ANGLE.title, said(float(chord[-1]), "°"), "", _at(run, -1))]
-    return shown
 
 
 def _blocked(run: Run) -> list[KeyNumber]:
@@ -147,7 +133,6 @@ def _stretch(run: Run, fields: Fields | None, there: set[str]) -> list[KeyNumber
 
 
 OWN: Final[dict[str, Callable[[Run], list[KeyNumber]]]] = {
-    "bending": _bending,
     "blocked_force": _blocked,
     "grasp": _grasp,
 }

@@ -87,9 +87,9 @@ def print_page(page: Path, out: Path) -> Path:
             )
         except subprocess.TimeoutExpired:
             raise ConfigError(
-                f"--pdf {out}: {browser} did not end within {LIMIT_S:.0f} s"
+                f"--pdf {out}: {printer} did not end within {LIMIT_S:.0f} s"
             ) from None
         if not partial.stat().st_size:
             last = (ended.stderr.strip().splitlines() or ["no message"])[-1]
-            raise ConfigError(f"--pdf {out}: {browser} wrote nothing: {last}")
+            raise ConfigError(f"--pdf {out}: {printer} wrote nothing: {last}")
     return out

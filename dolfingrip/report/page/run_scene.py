@@ -92,10 +92,7 @@ def food_part(food: ClosedSurface, places: Floats, colour: str) -> ScenePart:
         places: of its surface's points (mm), shape (frames, points, 3).
         colour: of the food.
     """
-    none = np.zeros((0, 2), dtype=np.int64)
-    count = len(food.points)
-    skin = Skin(places[0], np.arange(count), np.ones(count), food.triangles, none, none)
-    return ScenePart("food", skin, places, colour=colour)
+    return ScenePart("food", Skin.plain(places[0], food.triangles), places, colour=colour)
 
 
 def table_part(around: Floats) -> ScenePart:

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
+from dolfingrip.files.table import Columns
 from dolfingrip.report.page import results
-from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page
+from dolfingrip.report.page.content import Contribution, FoundResult, Page
 from dolfingrip.report.page.key_numbers import MOST, summary
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.lookup import classes
@@ -85,12 +86,12 @@ def _below(folder: Path, depth: int) -> Iterator[FoundResult]:
             yield from _below(child, depth + 1)
 
 
-def build(results: Sequence[FoundResult], given: Given | None = None, title: str = "") -> Page:
+def build(results: Sequence[FoundResult], measured: Columns | None = None, title: str = "") -> Page:
     """Gather everything on the page of these results.
 
     Args:
         results: folders with results, at least one.
-        given: what else it is made with; None: nothing.
+        measured: columns of a measurement, drawn beside the curves; None: there is none.
         title: of the page; "": made of the results.
 
     Returns:
@@ -104,7 +105,7 @@ def build(results: Sequence[FoundResult], given: Given | None = None, title: str
     for contribution in CONTRIBUTIONS:
         of_kind = [result for result in results if result.kind in contribution.marks]
         if of_kind:
-            names += contribution.add(page, of_kind, given or Given())
+            names += contribution.add(page, of_kind, measured)
     page.checks.sort(key=lambda check: ("fail", "open", "", "pass").index(check.verdict))
     checked = summary(page.checks)
     page.numbers = page.numbers[: MOST - len(checked)] + checked

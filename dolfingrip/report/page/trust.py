@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -163,10 +163,7 @@ def checks(
             linear = run.result.config.solver.element == "P1"
             rows += _adopted(run.title, run.result.config.geometry, linear=linear)
         run_fields = fields.get(place)
-        if run.column("energy_error_mJ") is not None:
-            rows.append(_balance_of_grasp(run))
-        elif run_fields is not None:
-            rows.append(_balance(run, run_fields))
+        rows += _balance(run, run_fields)
         if run_fields is not None:
             rows.append(_inverted(run, run_fields))
         if measured is not None:
@@ -244,29 +241,23 @@ def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
     return Check(name, f"{100 * share:.2g} %", goal, passes(share <= MESH_ERROR), words)
 
 
-def _balance_of_grasp(run: Run) -> Check:
+def _balance(run: Run, fields: Fields | None) -> list[Check]:
+    """The work of pressure against energies, by the run's own book, else by its fields."""
+    name, goal = f"{run.title}: energy balance", f"≤ {100 * ENERGY_ERROR:g} %"
     work, error = run.column("pressure_mJ"), run.column("energy_error_mJ")
-    assert error is not None
-    most = float(np.nanmax(np.abs(work))) if work is not None else 0.0
-    share = float(np.nanmax(np.abs(error))) / most if most else float("nan")
-    return _energy_check(run, share, "work of pressure against energy, friction and motion")
-
-
-def _balance(run: Run, fields: Fields) -> Check:
-    share = balance(run, fields)
+    share: float | str
+    if error is not None:
+        most = float(np.nanmax(np.abs(work))) if work is not None else 0.0
+        share = float(np.nanmax(np.abs(error))) / most if most else float("nan")
+        what = "work of pressure against energy, friction and motion"
+    elif fields is not None:
+        share = balance(run, fields)
+        what = "work of pressure against strain energy, at the last step"
+    else:
+        return []
     if isinstance(share, str):
-        return Check(
-            f"{run.title}: energy balance", "–", f"≤ {100 * ENERGY_ERROR:g} %", "open",
-            f"{OPEN}: {share}",
-        )  # fmt: skip
-    return _energy_check(run, share, "work of pressure against strain energy, at the last step")
-
-
-def _energy_check(run: Run, share: float, what: str) -> Check:
-    return Check(
-        f"{run.title}: energy balance", f"{100 * share:.2g} %", f"≤ {100 * ENERGY_ERROR:g} %",
-        passes(share <= ENERGY_ERROR), what,
-    )  # fmt: skip
+        return [Check(name, "–", goal, "open", f"{OPEN}: {share}")]
+    return [Check(name, f"{100 * share:.2g} %", goal, passes(share <= ENERGY_ERROR), what)]
 
 
 def _inverted(run: Run, fields: Fields) -> Check:
@@ -310,23 +301,17 @@ def _measured(run: Run, table: Columns) -> list[Check]:
 
 def finest(runs: Sequence[Run]) -> dict[int, int]:
     """For each run, the place of one with the same configuration on the finest mesh, if any."""
-    finer = {}
+    finer, kinds = {}, [_but_mesh(run) for run in runs]
     for place, run in enumerate(runs):
-        alike = [i for i, other in enumerate(runs) if _same_but_mesh(run, other)]
+        alike = [i for i, kind in enumerate(kinds) if kind == kinds[place]]
         best = max(alike, key=lambda i: runs[i].elements or 0)
         if (runs[best].elements or 0) > (run.elements or 0):
             finer[place] = best
     return finer
 
 
-def _same_but_mesh(one: Run, other: Run) -> bool:
-    if one.experiment.name != other.experiment.name:
-        return False
-    first, second = (dict(run.result.facts.config) for run in (one, other))
-    for config in (first, second):
-        config.pop("mesh", None)
-        config.pop("solver", None)
-        experiment = dict(config.get("experiment", {}))
-        experiment.pop("step_kPa", None)
-        config["experiment"] = experiment
-    return first == second
+def _but_mesh(run: Run) -> tuple[str, dict[str, Any]]:
+    """Experiment and configuration of a run, without its mesh, its solver and its steps."""
+    config = {k: v for k, v in run.result.facts.config.items() if k not in ("mesh", "solver")}
+    procedure = {k: v for k, v in config.get("experiment", {}).items() if k != "step_kPa"}
+    return run.experiment.name, {**config, "experiment": procedure}

@@ -7,7 +7,7 @@ import pytest
 
 from dolfingrip.config import Config, load
 from dolfingrip.experiments import run
-from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.experiments.rigs.uniaxial import Stretching, UniaxialTension
 from dolfingrip.sections.tables import assignments
 
 WAY = ["experiment.unload=true", "coupon.step_strain=0.1", "coupon.max_strain=0.4"]
@@ -28,9 +28,8 @@ def test_the_finite_element_bar_agrees(effects: list[str]) -> None:
     config = configured(effects)
     curve = run("coupon", config)
     strain = curve.column("displacement_mm") / config.coupon.gauge_length_mm
-    told = UniaxialTension(config).pull(
-        {}, list(strain), list(curve.column("time_s")), config.coupon.step_strain
-    )
+    way = Stretching(list(strain), list(curve.column("time_s")), config.coupon.step_strain)
+    (told,) = UniaxialTension(config).follow({}, [way])
     force_N = told.stress_MPa[0] * config.coupon.area_mm2
     assert force_N == pytest.approx(curve.column("force_N"), rel=1e-7, abs=1e-6)
     assert told.across[0] - 1 == pytest.approx(curve.column("transverse_strain"), abs=1e-8)
@@ -45,7 +44,8 @@ def test_yielding_agrees_with_the_bar_to_its_load_steps() -> None:
         )
         curve = run("coupon", config)
         strain = curve.column("displacement_mm") / config.coupon.gauge_length_mm
-        told = UniaxialTension(config).pull({}, list(strain), list(curve.column("time_s")), step)
+        way = Stretching(list(strain), list(curve.column("time_s")), step)
+        (told,) = UniaxialTension(config).follow({}, [way])
         force_N = told.stress_MPa[0] * config.coupon.area_mm2
         errors.append(np.abs(force_N - curve.column("force_N")).max())
     assert errors[0] < 0.02  # N of 28, a third of a load cell's usual noise
@@ -56,13 +56,13 @@ def test_bars_have_parameters_of_their_own() -> None:
     """Several at once are each as one alone."""
     config = configured(["mooney_rivlin.C01_MPa=1.0", "prony.g=[0.2]"])
     values = np.array([0.3, 1.0, 1.6])
-    way = [0.1, 0.2, 0.3], [1.0, 2.0, 3.0], 0.1
+    way = Stretching([0.1, 0.2, 0.3], [1.0, 2.0, 3.0], 0.1)
     key = "extensions.mooney_rivlin.C01_MPa"
     both = {key: values, "extensions.prony.g": np.array([[0.1], [0.2], [0.3]])}
-    together = UniaxialTension(config).pull(both, *way).stress_MPa
+    together = UniaxialTension(config).follow(both, [way])[0].stress_MPa
     for i in range(3):
         one = {name: each[i : i + 1] for name, each in both.items()}
-        alone = UniaxialTension(config).pull(one, *way).stress_MPa
+        alone = UniaxialTension(config).follow(one, [way])[0].stress_MPa
         assert together[i] == pytest.approx(alone[0], rel=1e-9)
     assert (np.diff(together[:, -1]) != 0).all()
 
@@ -80,7 +80,8 @@ def test_a_bar_beyond_its_limit_point_is_lost_whatever_the_rounding() -> None:
 
     def stress(values: np.ndarray, step: float) -> np.ndarray:
         bars = {"extensions.mooney_rivlin.C01_MPa": values}
-        return UniaxialTension(config).pull(bars, stops, stops, step).stress_MPa
+        (told,) = UniaxialTension(config).follow(bars, [Stretching(stops, stops, step)])
+        return told.stress_MPa
 
     fine = stress(values, 0.005)
     lost = np.isnan(fine)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -16,7 +15,6 @@ from dolfingrip.report.page.content import (
     Check,
     Contribution,
     FoundResult,
-    Given,
     KeyNumber,
     Page,
     Source,
@@ -36,23 +34,23 @@ class GradientDesign(Contribution):
     inside = RUNS
     place = 40
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        for result in results:
-            content = DesignFile.read(result.folder)
-            page.charts += [*_change(result.folder, content), *_steps(result.folder, content)]
-            content = content.shown
-            page.tables.append(content.tables()[0])
-            page.checks += [
-                Check(
-                    f"Design: {limit.of}", f"{limit.value:.5g}", f"{limit.sense} {limit.limit:g}",
-                    "pass" if limit.kept else "fail", "kept" if limit.kept else "not kept",
-                )
-                for limit in content.constraints
-            ]  # fmt: skip
-            page.checks.append(_mesh(content))
-            page.numbers += _numbers(content)
-            page.sources.append(_source(result.folder, content))
-        return self.named(results)
+    def show(self, page: Page, result: FoundResult) -> None:
+        content = DesignFile.read(result.folder)
+        page.charts += _change(result.folder, content)
+        if (file := result.folder / STEPS).is_file():
+            page.charts += course(content, read_csv(file))
+        content = content.shown
+        page.tables.append(content.tables()[0])
+        page.checks += [
+            Check(
+                f"Design: {limit.of}", f"{limit.value:.5g}", f"{limit.sense} {limit.limit:g}",
+                "pass" if limit.kept else "fail", "kept" if limit.kept else "not kept",
+            )
+            for limit in content.constraints
+        ]  # fmt: skip
+        page.checks.append(_mesh(content))
+        page.numbers += _numbers(content)
+        page.sources.append(_source(result.folder, content))
 
 
 def _change(folder: Path, content: DesignFile) -> list[Chart]:
@@ -71,11 +69,6 @@ def _change(folder: Path, content: DesignFile) -> list[Chart]:
         note += f"{said(near.rms_mm)} mm by the design."
         charts += followed(curve, {name: run.result for name, run in runs.items()}, note)
     return charts
-
-
-def _steps(folder: Path, content: DesignFile) -> list[Chart]:
-    file = folder / STEPS
-    return course(content, read_csv(file)) if file.is_file() else []
 
 
 def _mesh(content: DesignFile) -> Check:

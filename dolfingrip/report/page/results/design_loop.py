@@ -8,8 +8,10 @@ from typing import ClassVar
 from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import SurrogateFile
+from dolfingrip.files.table import Columns
+from dolfingrip.report.design import learning_curve
 from dolfingrip.report.page import front
-from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
+from dolfingrip.report.page.content import Contribution, FoundResult, KeyNumber, Page, Source
 from dolfingrip.report.page.numbers import said
 
 
@@ -22,29 +24,25 @@ class DesignLoop(Contribution):
     titles: ClassVar = {"optimise": "chosen design", "train": "surrogate", "doe": "designs"}
     place = 20
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        given.say("making the shapes of the designs")
+    def add(
+        self, page: Page, results: Sequence[FoundResult], measured: Columns | None
+    ) -> list[str]:
         loop = front.Loop.of(results)
         page.front = front.front(loop)
-        page.charts += front.charts(loop.surrogate)
+        if loop.surrogate and (curve := SurrogateFile.learning_curve(loop.surrogate)):
+            page.charts.append(learning_curve(curve, None))
         if page.front is not None:
             shown = page.front
             for point in [p for p in shown.points if p.group == "chosen"][:1]:
                 at = f"at {said(point.x, shown.x.unit)} of {shown.x.short}"
                 name = f"{shown.y.short} of the chosen design"
                 page.numbers.append(KeyNumber(name, said(point.y, shown.y.unit), "", at))
-        titles = {
-            "train": "Surrogate",
-            "optimise": "Optimisation",
-            "doe": "Design of experiments",
-        }
-        for result in results:
-            facts: dict[str, str] = {}
-            if result.kind == "train":
-                facts = SurrogateFile.read(result.folder).versions
-            elif result.kind == "optimise":
-                facts = OptimumFile.read(result.folder).versions
-            page.sources.append(
-                Source(titles[result.kind], str(result.folder), "", list(facts.items()))
-            )
-        return self.named(results)
+        return super().add(page, results, measured)
+
+    def show(self, page: Page, result: FoundResult) -> None:
+        title, facts = "Design of experiments", dict[str, str]()
+        if result.kind == "train":
+            title, facts = "Surrogate", SurrogateFile.read(result.folder).versions
+        elif result.kind == "optimise":
+            title, facts = "Optimisation", OptimumFile.read(result.folder).versions
+        page.sources.append(Source(title, str(result.folder), "", list(facts.items())))

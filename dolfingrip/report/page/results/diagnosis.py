@@ -18,7 +18,6 @@ from dolfingrip.report.page.content import (
     Contribution,
     DiagnosisPart,
     FoundResult,
-    Given,
     KeyNumber,
     Page,
     Source,
@@ -42,19 +41,16 @@ class Diagnosed(Contribution):
     titles: ClassVar = {"diagnose": "diagnosis"}
     place = 30
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        for result in results:
-            given.say(f"reading {result.folder}")
-            content = DiagnosisFile.read(result.folder)
-            page.diagnoses.append(_part(content, DiagnosisFile.readings_in(result.folder)))
-            page.sources.append(_source(result.folder, content))
-            kind, words = VERDICTS[content.verdict.answer]
-            if content.verdict.answer == "none" and not content.verdict.claimed:
-                kind, words = "open", "cannot tell"
-            value = words or " or ".join(content.verdict.effects).replace("_", " ")
-            sure = f"probability {chance(content.verdict.probability)}"
-            page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
-        return self.named(results)
+    def show(self, page: Page, result: FoundResult) -> None:
+        content = DiagnosisFile.read(result.folder)
+        page.diagnoses.append(_part(content, DiagnosisFile.readings_in(result.folder)))
+        page.sources.append(_source(result.folder, content))
+        kind, words = VERDICTS[content.verdict.answer]
+        if content.verdict.answer == "none" and not content.verdict.claimed:
+            kind, words = "open", "cannot tell"
+        value = words or " or ".join(content.verdict.effects).replace("_", " ")
+        sure = f"probability {chance(content.verdict.probability)}"
+        page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
 
 
 def _source(folder: Path, content: DiagnosisFile) -> Source:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Final
 
@@ -12,7 +11,7 @@ import numpy as np
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series
 from dolfingrip.files.robot import QuantityError, RobotFile
 from dolfingrip.report.page import chain_scene
-from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
+from dolfingrip.report.page.content import Contribution, FoundResult, KeyNumber, Page, Source
 from dolfingrip.report.page.numbers import said
 
 LINES: Final = """\
@@ -44,32 +43,30 @@ class ReducedModel(Contribution):
     titles: ClassVar = {"robot": "reduced model"}
     place = 70
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        for result in results:
-            robot = RobotFile.read(result.folder)
-            page.numbers.append(_speed(robot))
-            if robot.shapes:
-                page.scenes.append(chain_scene.scene_of(robot).packed())
-            for error in robot.comparisons:
-                page.charts.append(_chart(error))
-                unit = _symbol(error)
-                page.numbers.append(
-                    KeyNumber(
-                        f"Error: {error.title}", f"{said(error.rms, unit)} rms", "",
-                        f"{said(error.largest, unit)} at most, at states that were not fitted",
-                    )
-                )  # fmt: skip
-            (low, high), gaps = robot.valid.pressure_kPa, robot.valid.gaps_mm
-            page.code.append(("In MuJoCo", _lines(result.folder, high)))
-            facts = [
-                ("joints", f"{len(robot.joints)}"),
-                ("valid", f"{low:g} to {high:g} kPa, up to {robot.valid.force_N:.3g} N"),
-                ("valid for plates", f"at {min(gaps):.3g} to {max(gaps):.3g} mm"),
-                *robot.versions.items(),
-            ]
-            again = f"{RobotFile.MADE_BY} {shlex.quote(str(result.folder / RobotFile.FILE))}"
-            page.sources.append(Source("Reduced model", str(result.folder), again, facts))
-        return self.named(results)
+    def show(self, page: Page, result: FoundResult) -> None:
+        robot = RobotFile.read(result.folder)
+        page.numbers.append(_speed(robot))
+        if robot.shapes:
+            page.scenes.append(chain_scene.scene_of(robot).packed())
+        for error in robot.comparisons:
+            page.charts.append(_chart(error))
+            unit = _symbol(error)
+            page.numbers.append(
+                KeyNumber(
+                    f"Error: {error.title}", f"{said(error.rms, unit)} rms", "",
+                    f"{said(error.largest, unit)} at most, at states that were not fitted",
+                )
+            )  # fmt: skip
+        (low, high), gaps = robot.valid.pressure_kPa, robot.valid.gaps_mm
+        page.code.append(("In MuJoCo", _lines(result.folder, high)))
+        facts = [
+            ("joints", f"{len(robot.joints)}"),
+            ("valid", f"{low:g} to {high:g} kPa, up to {robot.valid.force_N:.3g} N"),
+            ("valid for plates", f"at {min(gaps):.3g} to {max(gaps):.3g} mm"),
+            *robot.versions.items(),
+        ]
+        again = f"{RobotFile.MADE_BY} {shlex.quote(str(result.folder / RobotFile.FILE))}"
+        page.sources.append(Source("Reduced model", str(result.folder), again, facts))
 
 
 def _lines(folder: Path, highest_kPa: float) -> str:

@@ -16,11 +16,12 @@ from dolfingrip.charts.chart import Chart
 from dolfingrip.experiments.chart import DrawnResult, chart, panels, spectrum
 from dolfingrip.experiments.derivatives.bands import band_sentences
 from dolfingrip.files.run import RunFile
+from dolfingrip.files.table import Columns
 from dolfingrip.report import render
 from dolfingrip.report.beside import Beside
 from dolfingrip.report.drawers import drawer
 from dolfingrip.report.page import finger, key_numbers, runs, trust
-from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page
+from dolfingrip.report.page.content import Contribution, FoundResult, Page
 from dolfingrip.report.page.run_scene import scene_of
 from dolfingrip.report.page.scene import Scene
 from dolfingrip.sections.errors import ConfigError
@@ -41,24 +42,25 @@ class Runs(Contribution):
     marks: ClassVar = {"run": RunFile.FILE}
     place = 10
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
+    def add(
+        self, page: Page, results: Sequence[FoundResult], measured: Columns | None
+    ) -> list[str]:
         read = runs.titled([runs.read(result.folder) for result in results])
         page.conditions = runs.conditions(read[0])
         fields: dict[int, finger.Fields] = {}
         scenes: dict[int, int] = {}
         for place, run in enumerate(read):
-            given.say(f"reading {run.folder}")
-            scene = _scene(page, run, given.pictures, fields, place)
+            scene = _scene(page, run, fields, place)
             if scene is not None:
                 scenes[place] = scene
             page.remarks += _remarks(run)
             page.sources.append(runs.source(run))
         finest = trust.finest(read)
-        page.charts += _charts(read, given, scenes, finest)
+        page.charts += _charts(read, measured, scenes, finest)
         alone = [run for run, one in zip(read, results, strict=True) if not one.inside]
         # what a run belongs to tells the error of its mesh
         names = {trust.of_mesh(run) for run, one in zip(read, results, strict=True) if one.inside}
-        checks = trust.checks(read, fields, finest, given.measured)
+        checks = trust.checks(read, fields, finest, measured)
         page.checks += [check for check in checks if check.name not in names]
         if alone:
             page.numbers += key_numbers.of_runs(read, fields)
@@ -75,9 +77,7 @@ def _remarks(run: runs.Run) -> list[str]:
     return remarks
 
 
-def _scene(
-    page: Page, run: runs.Run, pictures: bool, fields: dict[int, finger.Fields], place: int
-) -> int | None:
+def _scene(page: Page, run: runs.Run, fields: dict[int, finger.Fields], place: int) -> int | None:
     """Add the run's scene and pictures; None if it has no fields, and so has curves alone."""
     if not run.fields.is_file():
         page.remarks.append(f"{run.title} has no fields on disk, so it is not shown in 3D.")
@@ -87,8 +87,7 @@ def _scene(
             fields[place] = finger.read(run.fields, len(run.result))
         scene = scene_of(run, fields.get(place))
         page.scenes.append(scene.packed())
-        if pictures:
-            page.stills += _stills(run, scene)
+        page.stills += _stills(run, scene)
     except ValueError as error:
         raise ConfigError(str(error)) from None
     shown = len(scene.load.rows)
@@ -130,7 +129,10 @@ def _png(image: np.ndarray, width_px: int) -> bytes:
 
 
 def _charts(
-    read: Sequence[runs.Run], given: Given, scenes: dict[int, int], finer: dict[int, int]
+    read: Sequence[runs.Run],
+    measured: Columns | None,
+    scenes: dict[int, int],
+    finer: dict[int, int],
 ) -> list[Chart]:
     """The charts of all runs; results of one experiment share theirs."""
     charts = []
@@ -152,12 +154,12 @@ def _charts(
             try:
                 charts.append(
                     chart(
-                        experiment, shown, panel, measured=given.measured,
+                        experiment, shown, panel, measured=measured,
                         turning_point=turn if len(group) == 1 and not number else None,
                     )
                 )  # fmt: skip
             except ValueError:  # no result has these readings
                 continue
-        if swings := spectrum(experiment, shown, given.measured):
+        if swings := spectrum(experiment, shown, measured):
             charts.append(swings)
     return charts

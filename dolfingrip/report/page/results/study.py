@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import ClassVar
 
 from dolfingrip.files.table import read_csv
 from dolfingrip.files.text_table import TextTable
-from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page, Source
+from dolfingrip.report.page.content import Contribution, FoundResult, Page, Source
 from dolfingrip.report.page.numbers import said
 
 MOST = 20
@@ -21,15 +20,13 @@ class Study(Contribution):
     titles: ClassVar = {"study": "study of the optimiser"}
     place = 60
 
-    def add(self, page: Page, results: Sequence[FoundResult], given: Given) -> list[str]:
-        for result in results:
-            best = result.folder / "best.csv"
-            table = read_csv(best if best.is_file() else result.folder / self.marks["study"])
-            rows = [[_cell(text) for text in row] for row in zip(*table.values(), strict=True)]
-            title = "How the optimiser's choice scatters"
-            page.tables.append(TextTable(list(table), rows[:MOST], title))
-            page.sources.append(Source("Study of the optimiser", str(result.folder), ""))
-        return self.named(results)
+    def show(self, page: Page, result: FoundResult) -> None:
+        best = result.folder / "best.csv"
+        table = read_csv(best if best.is_file() else result.folder / self.marks["study"])
+        rows = [[_cell(text) for text in row] for row in zip(*table.values(), strict=True)]
+        title = "How the optimiser's choice scatters"
+        page.tables.append(TextTable(list(table), rows[:MOST], title))
+        page.sources.append(Source("Study of the optimiser", str(result.folder), ""))
 
 
 def _cell(text: str) -> str:
