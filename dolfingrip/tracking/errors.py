@@ -27,6 +27,9 @@ MARK_MM: Final = 0.5
 SLOW_PX: Final = 0.07
 """Standard deviation of a place that changes slowly, with what is beside a mark as it moves; no
 single frame shows it. It is 0.02 to 0.2 px in videos of dots of ``benchmarks/track``."""
+SLOW_OVER_PX: Final = 2.0
+"""Motion, of all marks together, within which that error fades. In six of these videos its
+correlation is 0.8 up to 1 px, and 0.3 to 0.4 from 2 to 6 px."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,13 @@ class SharedErrors:
         camera: set-up of the camera.
         stds: standard deviation by key of ``[nuisance]``.
         left: standard deviation of the readings that these leave, by column.
+        fades_mm: motion of all marks within which that fades; None: it stays in all frames.
     """
 
     camera: Camera
     stds: Mapping[str, float]
     left: Mapping[str, float]
+    fades_mm: float | None = None
 
 
 def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedErrors:
@@ -56,7 +61,7 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
         calibration: of its camera.
         clock: that brought a log to the video; None: without a log.
     """
-    camera, stds, slow_mm = Camera(), dict[str, float](), 0.0
+    camera, stds, mm_per_px = Camera(), dict[str, float](), 0.0
     stds["camera_tilt_deg"] = calibration.axis_std_deg if calibration.has_sheet else AIMED_DEG
     if ANGLE.name in body.compared:
         stds["camera_zero_deg"] = rms(body.noise[ANGLE.name])
@@ -65,7 +70,6 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
     if body.from_clamp:
         middle_px = (np.array(calibration.size_px) - 1) / 2
         mm_per_px, stds["camera_scale"] = calibration.square.scale(middle_px)
-        slow_mm = SLOW_PX * mm_per_px
         stds["camera_zero_mm"] = MARK_MM if calibration.has_sheet else CLAMP_PX * mm_per_px
 
         def places(px: np.ndarray) -> tuple[tuple[float, float], ...]:
@@ -82,9 +86,10 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
         })  # fmt: skip
     left = _left(body, camera, stds)
     left |= {
-        name: float(np.hypot(std, slow_mm)) for name, std in left.items() if name != ANGLE.name
-    }
-    return SharedErrors(camera, stds, left)
+        name: float(np.hypot(std, SLOW_PX * mm_per_px))
+        for name, std in left.items() if name != ANGLE.name
+    }  # fmt: skip
+    return SharedErrors(camera, stds, left, SLOW_OVER_PX * mm_per_px or None)
 
 
 def rms(values: np.ndarray) -> float:

@@ -97,7 +97,10 @@ def _setup(body: Body, errors: SharedErrors, sentences: Sequence[str]) -> Any:
     if camera:
         document.add("camera", camera)
     noise = {name: _digits(rms(body.single[name])) for name in body.compared}
-    drifting = tomlkit.item({name: _digits(errors.left[name]) for name in body.compared})
+    left = {name: _digits(errors.left[name]) for name in body.compared}
+    if errors.fades_mm is not None:
+        left["correlation_length_mm"] = _digits(errors.fades_mm)
+    drifting = tomlkit.item(left)
     drifting.comment("what all frames share beside the camera's errors below")
     document.add("noise", {**noise, "correlated": drifting})
     document.add("nuisance", {key: _digits(std) for key, std in errors.stds.items()})

@@ -102,7 +102,7 @@ def errors_of(simulation: Simulator) -> Errors:
     gauge = steep * instrument["control"].to_numpy() / np.sqrt(_in_a_mean(measurement))[row]
     read = (
         np.diag(np.maximum(instrument["independent"].to_numpy(), 1e-9) ** 2)
-        + drifting(listed, instrument)
+        + drifting(measurement, instrument)
         + np.outer(gauge, gauge) * (row[:, None] == row)
     )
     alike = read + individual + sum(np.outer(n.change, n.change) for n in shared)

@@ -17,9 +17,11 @@ from math import comb
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.distance import cdist
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.table import of_markers
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import NoiseSource
 
@@ -33,40 +35,50 @@ def instrument_noise(measurement: Measurement) -> tuple[pd.DataFrame, tuple[Nois
     Returns:
         ``independent``: standard deviation of the part that differs from reading to reading, in the
         column's unit; ``correlated``: of the part that drifts along a run, 0 if none is told, with
-        its ``correlation_time_s``, infinite: as long as the run; ``control``: of the reading of the
-        control (kPa or mm). And sources of the numbers that the laboratory does not tell.
+        its ``correlation_time_s`` and ``correlation_length_mm``, infinite: as long as the run;
+        ``control``: of the reading of the control (kPa or mm). And sources of the numbers that the
+        laboratory does not tell.
     """
     listed = measurement.listed
-    columns = ["independent", "correlated", "correlation_time_s", "control"]
+    lasting = ["correlation_time_s", "correlation_length_mm"]
+    columns = ["independent", "correlated", *lasting, "control"]
     noise = pd.DataFrame(0.0, index=listed.index, columns=columns)
     sources: list[NoiseSource] = []
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
         test, name = measurement.tests[int(number)], str(column)
-        std, lasting_s = test.setup.noise.get(name), test.setup.correlation_time_s
+        std = test.setup.noise.get(name)
         if std is None:
             sources.append(_estimated(measurement, test, name))
             std = sources[-1].std
         drifts = test.setup.correlated_noise.get(name, 0.0)
-        lasting_s = np.inf if lasting_s is None else lasting_s
-        noise.loc[part.index] = std, drifts, lasting_s, test.sigma
+        alike = [np.inf if (told := getattr(test.setup, key)) is None else told for key in lasting]
+        noise.loc[part.index] = std, drifts, *alike, test.sigma
     return noise, tuple(dict.fromkeys(sources))
 
 
-def drifting(listed: pd.DataFrame, noise: pd.DataFrame) -> np.ndarray:
+def drifting(measurement: Measurement, noise: pd.DataFrame) -> np.ndarray:
     """Noise that drifts along a run, told by the laboratory, (n, n).
 
+    It fades with the time between two readings of a column, and with how far the markers have moved
+    between them, as what is beside a mark in a picture changes with it.
+
     Args:
-        listed: the readings.
+        measurement: the readings.
         noise: of :func:`instrument_noise`.
     """
-    std, lasting_s = noise["correlated"].to_numpy(), noise["correlation_time_s"].to_numpy()
+    listed, std = measurement.listed, noise["correlated"].to_numpy()
     if not std.any():
         return np.zeros((len(listed), len(listed)))
-    time_s = listed["time_s"].to_numpy()
     run = (listed["test"].astype(str) + listed["column"].astype(str)).to_numpy()
-    lasting_s = np.where(np.isfinite(lasting_s), lasting_s, 1e6)
-    fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting_s[:, None])
-    return np.outer(std, std) * np.where(run[:, None] == run, fading, 0.0)
+    rows = measurement.readings.iloc[listed["row"]]
+    places_mm = rows[[*of_markers(rows)]].fillna(0.0).to_numpy()
+    fading = np.where(run[:, None] == run, 1.0, 0.0)
+    for at, length in (
+        (listed[["time_s"]].to_numpy(), noise["correlation_time_s"]),
+        (places_mm, noise["correlation_length_mm"]),
+    ):
+        fading *= np.exp(-cdist(at, at) / length.to_numpy()[:, None])
+    return np.outer(std, std) * fading
 
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> NoiseSource:

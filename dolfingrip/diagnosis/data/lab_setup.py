@@ -19,6 +19,8 @@
     angle_deg = 0.3
     [noise.correlated]                          # of the part that drifts along a run
     angle_deg = 0.2
+    correlation_time_s = 60                     # within which it is alike; absent: in the whole run
+    correlation_length_mm = 0.2                 # of the markers' motion, within which it is alike
     [nuisance]                                  # what the laboratory knows better
     pressure_gain = 0.005
     cast.chamber_width_mm = 1.0                 # any number of the configuration, in its unit
@@ -93,6 +95,7 @@ class LabSetup:
         noise: standard deviation by column, in its unit, as far as the laboratory tells it.
         correlated_noise: standard deviation by column of the part that drifts along a run.
         correlation_time_s: correlation time of that part; None: as long as a run.
+        correlation_length_mm: motion of the markers over which it fades; None: however far.
         nuisances: standard deviation by its key, or by key of the configuration;
             numbers of the laboratory replace the usual ones.
         rate: rate of the ramps, in the control's unit per second; None if it is not told.
@@ -106,6 +109,7 @@ class LabSetup:
     noise: Mapping[str, float] = field(default_factory=dict)
     correlated_noise: Mapping[str, float] = field(default_factory=dict)
     correlation_time_s: float | None = None
+    correlation_length_mm: float | None = None
     nuisances: Mapping[str, float] = field(default_factory=usual)
     rate: float | None = None
     max_pressure_kPa: float = math.inf
@@ -213,7 +217,10 @@ class SetupFile:
                 spreads[cls.told.key] = cls.told.as_told(std, value)
         correlated = dict(self.table("noise", "correlated"))
         noise.pop("correlated", None)
-        lasting = correlated.pop("correlation_time_s", None)
+        lasting = {
+            key: self._optional(f"noise.correlated.{key}", correlated.pop(key, None))
+            for key in ("correlation_time_s", "correlation_length_mm")
+        }
         if "specimen_scale" in noise:
             spreads = {"specimen_scale": noise.pop("specimen_scale"), **spreads}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
@@ -225,7 +232,7 @@ class SetupFile:
             self._spreads(
                 "noise.correlated", correlated, (*READING_COLUMNS, *of_markers(correlated))
             ),
-            self._optional("noise.correlated.correlation_time_s", lasting),
+            *lasting.values(),
             usual() | self._spreads("nuisance", spreads, tuple(known_nuisances())),
             self._optional(rate, plain.get(rate)),
             self._optional("max_pressure_kPa", plain.get("max_pressure_kPa")) or math.inf,

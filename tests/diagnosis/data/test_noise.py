@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.measured_files import TOML, written
 
-from dolfingrip.diagnosis.answer.noise import instrument_noise
+from dolfingrip.diagnosis.answer.noise import drifting, instrument_noise
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 
 SEED = 5
@@ -72,3 +72,25 @@ def test_readings_that_repeat_exactly_tell_no_noise(tmp_path: Path) -> None:
 
 _UP = [("loading", value) for value in (10, 20, 30, 40)]
 _DOWN = [("unloading", value) for value in (30, 20, 10)]
+
+
+def test_noise_that_fades_as_the_markers_move(tmp_path: Path) -> None:
+    """Markers that are 3 mm on, and 4 mm across, are 5 mm apart: e⁻¹ with a length of 5 mm."""
+    rows = ["pressure_kPa,marker_1_x_mm,marker_1_z_mm", "0,1,10", "50,1,10", "100,4,14"]
+    told = """
+[camera]
+markers = [[1, 10]]
+[noise]
+marker_1_x_mm = 0.1
+marker_1_z_mm = 0.1
+[noise.correlated]
+marker_1_x_mm = 0.2
+correlation_length_mm = 5
+"""
+    measurement = read([written(tmp_path, "\n".join(rows) + "\n", UNTOLD + told)])
+    covariance = drifting(measurement, instrument_noise(measurement)[0])
+    along_x = (measurement.listed["column"] == "marker_1_x_mm").to_numpy()
+    far = np.exp(-1)
+    expected = 0.04 * np.array([[1, 1, far], [1, 1, far], [far, far, 1]])
+    np.testing.assert_allclose(covariance[np.ix_(along_x, along_x)], expected)
+    assert not covariance[~along_x].any()
