@@ -95,7 +95,7 @@ def written(number: int, stem: Path, out: Path) -> tuple[Path, Path]:
     }
     columns["event"] = columns.pop("light")
     source, told = frames.open_frames([stem.with_suffix(".mp4")]), asked(own, truth)
-    watched = watch.watch(source, told, out, lambda done, total: None)
+    watched = watch.watch(source, told, lambda done, total: None)
     tracked = track.understand(watched, told, columns, config)
     (seen,) = track.write(tracked, out, config, "video")
     read = table.read_csv(seen)

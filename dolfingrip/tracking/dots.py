@@ -17,6 +17,7 @@ from scipy.spatial.distance import cdist
 
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking.frames import Image
+from dolfingrip.tracking.points import Unseen
 
 NAMES: Final = {
     "red": (255, 0, 0), "orange": (255, 140, 0), "yellow": (255, 230, 0), "green": (0, 170, 0),
@@ -182,7 +183,7 @@ def learn(
         name: name of the colour or ``#rrggbb``; None: any.
         count: number of dots; None: any from three on.
         groups: number of fingers.
-        points: (n, 2) places of the dots, where they are given; None: they are sought.
+        points: (n, 2) places of the dots, where they are given, each of one; None: they are sought.
 
     Returns:
         The colour, and the dots' places (n, 2) in px.
@@ -192,6 +193,7 @@ def learn(
     """
     import cv2
 
+    count = len(points) if points is not None else count
     usual = np.maximum(np.median(image.reshape(-1, 3), axis=0), 1.0)
     light = usual.min() / usual  # in a coloured light black would look like a colour
     lab = cv2.GaussianBlur(in_chroma(image, light), (3, 3), 0)
@@ -213,10 +215,11 @@ def learn(
     if best is None or (count is not None and len(best[2]) != count):
         what = f"{most} dots of one colour are seen" if most else "no dot is seen"
         wanted = "at least 3" if count is None else str(count)
-        raise ConfigError(
+        raise Unseen(
             f"{what} in the first frame, of {wanted}; allowed: round dots of one size and of a "
             f"colour that nothing beside them has; --colour {'|'.join(NAMES)}, --dots NUMBER or "
-            '--points "X,Y X,Y …" (px) tells which'
+            '--points "X,Y X,Y …" (px), one in each, tells which',
+            np.array([blob[:2] for blob in best[2]] if best else []).reshape(-1, 2),
         )
     colour, places = best[1], np.array([blob[:2] for blob in best[2]])
     if not colour.direction[0]:  # as seen, and not as tried

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from dolfingrip.channels import ANGLE, CHANNELS
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import overlay
 from dolfingrip.tracking.frames import Frame, FrameSource
+from dolfingrip.tracking.points import Unseen, Watched
 from dolfingrip.tracking.track import Tracked
 from dolfingrip.tracking.watch import Show, doubtful
 
@@ -57,6 +60,36 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> li
                 overlay.picture(file, overlay.drawn(frame.image, fingers, words, outline))
             progress(frame.number + 1, len(points.names))
     return written
+
+
+@contextmanager
+def beside_refusal(source: FrameSource | None, out: Path) -> Iterator[list[Watched]]:
+    """Write the first frame with what was found in it, where a block refuses the frames.
+
+    Args:
+        source: the frames; None: another program has tracked them.
+        out: folder of the picture.
+
+    Yields:
+        A list that takes what was seen in them.
+    """
+    found: list[Watched] = []
+    try:
+        yield found
+    except ConfigError as error:
+        if source is None:
+            raise
+        try:
+            first = next(iter(source))
+        except ConfigError:
+            raise error from None
+        points = [error.places_px] if isinstance(error, Unseen) else []
+        points += [seen.points.px[0, finger] for seen in found for finger in seen.fingers]
+        file = out / "seen.png"
+        text = f"{source.name}: first frame"
+        corners = [px for seen in found for _, px in seen.corners[:1]]
+        overlay.picture(file, overlay.drawn(first.image, [*points, *corners], text))
+        raise ConfigError(f"{error}; {file} shows the first frame") from None
 
 
 def _caption(tracked: Tracked, frame: Frame) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import tomlkit
 
-from dolfingrip.channels import PRESSURE, TIME
+from dolfingrip.channels import TIME
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.files import table, whole
@@ -65,8 +65,7 @@ def write(
             for i, frame in enumerate(frames)
         ]
         table.write(out / f"{name}_frames.csv", by_frame)
-        if PRESSURE.name in control:
-            measurement.read([csv], config)
+        measurement.read([csv], config)
         written.append(csv)
     return written
 

@@ -12,10 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from dolfingrip import clock as clocks
-from dolfingrip.channels import ANGLE, PRESSURE, TIME
+from dolfingrip.channels import ANGLE, PRESSURE, TIME, VOLUME
 from dolfingrip.clock import Clock
 from dolfingrip.config import Config
-from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import body as bodies
 from dolfingrip.tracking import plane, table
 from dolfingrip.tracking.asked import TrackAsked
@@ -57,7 +56,8 @@ def synchronise(
     Args:
         watched: what was seen.
         fingers: the fingers, whose motion may tell the shift.
-        log: ``time_s``, ``pressure_kPa`` and, where something is told to show in both, ``event``.
+        log: ``time_s``, ``pressure_kPa`` or ``volume_ml``, and ``event``, where something is told
+            to show in both.
         request: what is told.
 
     Raises:
@@ -76,7 +76,8 @@ def synchronise(
         logged = clocks.knock(log_s, log["event"][:, None])
         return clocks.by_events(logged, seen, log_step, step, "a knock")
     motion = fingers[0].readings[ANGLE.name]
-    return clocks.by_motion(log_s, log[PRESSURE.name], time_s, motion)
+    control = log[PRESSURE.name if PRESSURE.name in log else VOLUME.name]
+    return clocks.by_motion(log_s, control, time_s, motion)
 
 
 def understand(
@@ -87,11 +88,11 @@ def understand(
     Args:
         watched: what was seen.
         request: what is told.
-        log: of the pressure; None: states of pictures are told, or nothing.
+        log: of the control; None: states of pictures are told.
         config: of the finger, which has its width.
 
     Raises:
-        ConfigError: one line, where scale, clock or states are missing.
+        ConfigError: one line, where scale or clock are missing.
     """
     width = float(getattr(config.geometry, "width_mm", 20.0))
     if request.family is not None:
@@ -102,24 +103,14 @@ def understand(
         points = watched.points.part(numbers)
         fingers.append(bodies.read(points, camera, request.clamp_px, request.side))
     clock = None
-    control: dict[str, np.ndarray] = {}
+    control = dict(request.states)
     if log is not None:
         clock = synchronise(watched, fingers, log, request)
         at = clock.of(watched.points.time_s)
         inside = (at >= log[TIME.name][0]) & (at <= log[TIME.name][-1])
-        pressure = np.interp(at, log[TIME.name], log[PRESSURE.name])
-        control[PRESSURE.name] = np.where(inside, pressure, np.nan)
-    elif request.states:
-        for name in next(iter(request.states.values())):
-            values = [
-                request.states.get(frame, {}).get(name, np.nan) for frame in watched.points.names
-            ]
-            control[name] = np.array(values)
-    else:
-        raise ConfigError(
-            "nothing tells the pressure of the frames; allowed: --log LOG.csv for a video, "
-            '--states "{pressure_kPa}.jpg" or a table for pictures'
-        )
+        for name in log.keys() - {TIME.name, "event"}:
+            values = np.interp(at, log[TIME.name], log[name])
+            control[name] = np.where(inside, values, np.nan)
     sentences, doubts = _sentences(watched, camera, fingers, clock)
     return Tracked(watched, camera, fingers, clock, control, sentences, doubts)
 
