@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import TIME
 from dolfingrip.cli.console import Screen, console, one_process
 from dolfingrip.cli.import_command import named
 from dolfingrip.cli.progress import shown
@@ -137,22 +136,12 @@ def _log(args: TrackSettings) -> Mapping[str, np.ndarray] | None:
     for flag, value in (("--light", args.light), ("--knock", args.knock)):
         if value and (args.event is None or not args.log):
             raise ConfigError(f"{flag}: allowed: with --log and --event, its column that shows it")
-    parts: list[pd.DataFrame] = []
-    for file in args.log:
-        try:
-            parts.append(read_log(file, Told(column=named(args.column)), args.event))
-        except Question as question:
-            raise ConfigError(f"{file}: {question}") from None
-        ends = [part[TIME.name].iloc[-1] for part in parts]
-        begins = parts[-1][TIME.name].iloc[0]
-        if max(ends[:-1], default=-math.inf) > begins or {*parts[0]} != {*parts[-1]}:
-            raise ConfigError(
-                f"--log {file}: {', '.join(parts[-1])}, from {begins:g} s on; allowed: parts of "
-                f"one log, after that of {', '.join(parts[0])}, which ends at {ends[0]:g} s"
-            )
-    if not parts:
+    if not args.log:
         return None
-    log = pd.concat(parts)
+    try:
+        log = read_log(args.log, Told(column=named(args.column)), args.event)
+    except Question as question:
+        raise ConfigError(f"{args.log[0]}: {question}") from None
     return {str(name): log[name].to_numpy(dtype=float) for name in log}
 
 

@@ -211,11 +211,11 @@ def understand(file: Path, settings: Told) -> ImportedTable:
     return imported
 
 
-def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFrame:
+def read_log(files: Sequence[Path], settings: Told, event: str | None = None) -> pd.DataFrame:
     """Read times and a control of a log, where another instrument has the readings.
 
     Args:
-        file: CSV, TSV, text or XLSX.
+        files: CSV, TSV, text or XLSX; parts of one log, in the order of time.
         settings: what a person tells.
         event: header of a further column of numbers.
 
@@ -223,10 +223,16 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         ``time_s``, ``pressure_kPa`` or ``volume_ml``, and ``event``, in rows that have all of them.
 
     Raises:
-        ConfigError: one line, where the file lacks one of them, or its time runs backwards.
+        ConfigError: one line, where a file lacks one of them, or its time runs backwards.
         Question: a column has two readings.
     """
-    imported = _controlled(file, reading.read(file, settings), settings, TIME.name)
+    file, parts = files[0], [reading.read(each, settings) for each in files]
+    for other, part in zip(files, parts, strict=True):
+        if part.header != parts[0].header:
+            allowed = f"as {file}: {', '.join(parts[0].header)}"
+            raise ConfigError(f"{other}: columns {', '.join(part.header)}; allowed: {allowed}")
+    cells = replace(parts[0], table=pd.concat([part.table for part in parts]))
+    imported = _controlled(file, cells, settings, TIME.name)
     blown = "volume_ml" if "volume_ml" in imported.table else "pressure_kPa"
     table = imported.table[[TIME.name, blown]]
     if event is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from dolfingrip.tracking.errors import shared
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.points import Watched
 from dolfingrip.tracking.scale import calibrate
+
+STILL: Final = 1.0
+"""A finger of whose points none moves so far (px) may be something else."""
 
 
 @dataclass(frozen=True)
@@ -153,6 +157,9 @@ def _sentences(
                 f"finger {i}: nothing tells where the clamp is (--clamp), so its angle alone is "
                 "compared, as that of the tip's face; it is that of a line, which turns less"
             )
+        way = points.px[:, numbers] - points.px[0, numbers]
+        if np.nanmax(np.abs(way)) < STILL:
+            doubts.append(f"finger {i}: none of its points moves by {STILL:g} {points.unit}")
         if abs(finger.askew_deg) > 3:
             doubts.append(f"finger {i}: at rest it is {finger.askew_deg:.1f}° askew to the sheet")
     if clock is not None:
