@@ -22,7 +22,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.files import whole
 from dolfingrip.importing.importing import read_log, read_states
 from dolfingrip.importing.told import Question, Told
-from dolfingrip.tracking import family, foreign, frames, show, track, watch
+from dolfingrip.tracking import family, foreign, frames, show, table, track, watch
 from dolfingrip.tracking.asked import TrackAsked, states_of
 from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
@@ -54,18 +54,19 @@ def track_video(args: TrackSettings) -> None:
         )
     if args.silhouette:
         request = replace(request, family=_simulated(config, args, screen))
+    if args.pick:
+        assert source is not None  # points of another program need none
+        request = replace(request, points_px=_picked(source, args, screen))
     with show.beside_refusal(source, args.out) as seen:
         if source is None:
             with screen.status(f"reading {files[0]}"):
                 watched, request = foreign.load(files[0], request, until_s)
         else:
-            if args.pick:
-                request = replace(request, points_px=_picked(source, args, screen))
             with shown(screen, "frames", total=source.expected) as progress:
                 watched = watch.watch(source, request, progress)
         seen.append(watched)
         tracked = track.understand(watched, request, log, config)
-        written = track.write(tracked, args.out, config, request.name)
+        written = table.write(tracked, args.out, config, request.name)
     if args.overlay and source is not None:
         with shown(screen, "frames drawn", total=source.expected) as progress:
             show.show(source, tracked, args.out, progress)
@@ -77,7 +78,7 @@ def _in_order(files: Sequence[Path]) -> Sequence[Path]:
     if [*files] != sorted(files):
         return files
     parts = {file: re.split(r"(\d+(?:\.\d+)?)", str(file)) for file in files}
-    return sorted(files, key=lambda file: [*parts[file][::2], *map(float, parts[file][1::2])])
+    return sorted(files, key=lambda file: (parts[file][::2], [*map(float, parts[file][1::2])]))
 
 
 def _simulated(config: Config, args: TrackSettings, screen: Screen) -> Family:
@@ -171,16 +172,14 @@ def _told(args: TrackSettings, files: Sequence[Path]) -> TrackAsked:
     scales = []
     for text in args.scale:
         match = re.fullmatch(rf"{NUMBER},{NUMBER} {NUMBER},{NUMBER}={NUMBER}mm\s*", text)
-        if match is None:
-            raise ConfigError(f'--scale "{text}": allowed: as "312,400 900,402 = 100 mm"')
-        u, v, s, t, length = map(float, match.groups())
-        ends = np.array([[u, v], [s, t]])
-        away = float(np.linalg.norm(ends[1] - ends[0]))
-        if away < 10 or length <= 0:
+        *ends, length = map(float, match.groups()) if match else [0.0] * 5
+        ends_px = np.reshape(ends, (2, 2))
+        if np.linalg.norm(ends_px[1] - ends_px[0]) < 10 or length <= 0:
             raise ConfigError(
-                f'--scale "{text}": allowed: points at least 10 px apart, and above 0 mm'
+                f'--scale "{text}": allowed: as "312,400 900,402 = 100 mm", of points at least 10 '
+                "px apart, and above 0 mm"
             )
-        scales.append(Length.pointed_at(ends, length))
+        scales.append(Length.pointed_at(ends_px, length))
     states = None if args.states is None else _states(args, [file.name for file in files])
     return TrackAsked(
         colour=args.colour, count=args.dots, points_px=points, tags=args.tags,

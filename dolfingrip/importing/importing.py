@@ -300,15 +300,14 @@ def _controlled(file: Path, cells: Cells, settings: Told, *needs: str) -> Import
 
 def _require_order(imported: ImportedTable, time_s: pd.Series) -> None:
     """Refuse a table whose time runs backwards, as where a board was started again."""
-    if len(time_s) < 2:
-        allowed = f"{len(time_s)} rows with a time and a reading; allowed: at least 2"
-        raise ConfigError(f"{imported.file}: {allowed}")
-    if (back := time_s.diff() < 0).any():
-        line = imported.cells.table.index[time_s.index[back][0]]
-        raise ConfigError(
-            f"{imported.file}: line {line}: the clock goes back to {time_s[back].iloc[0]:g} s; "
-            "allowed: rows in the order of time; cut the file before this line"
-        )
+    back = time_s[time_s.diff() < 0]
+    if len(time_s) < 2 or len(back):
+        what = f"{len(time_s)} rows with a time and a reading"
+        if len(back):
+            line = imported.cells.table.index[back.index[0]]
+            what = f"line {line}: the clock goes back to {back.iloc[0]:g} s"
+        allowed = "at least 2 rows in the order of time, as of the file's part before such a line"
+        raise ConfigError(f"{imported.file}: {what}; allowed: {allowed}")
 
 
 def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -17,10 +16,9 @@ from dolfingrip.channels import ANGLE, PRESSURE, TIME, VOLUME
 from dolfingrip.clock import Clock
 from dolfingrip.config import Config
 from dolfingrip.tracking import body as bodies
-from dolfingrip.tracking import plane, table
+from dolfingrip.tracking import plane
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.body import Body
-from dolfingrip.tracking.errors import shared
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.points import Watched
 from dolfingrip.tracking.scale import calibrate
@@ -133,12 +131,9 @@ def _sentences(
     ]
     doubts = [*camera.doubts, *watched.doubts]
     if camera.has_sheet:
-        k1 = f"{camera.mean[plane.K1]:.3f}" if camera.determined(plane.K1) else "not determined"
-        focal = (
-            f"{np.exp(camera.mean[plane.F]):.0f} px"
-            if camera.determined(plane.F)
-            else "not determined"
-        )
+        told = {plane.K1: f"{camera.mean[plane.K1]:.3f}",
+                plane.F: f"{np.exp(camera.mean[plane.F]):.0f} px"}  # fmt: skip
+        k1, focal = (told[i] if camera.determined(i) else "not determined" for i in told)
         sentences.append(
             f"camera: {camera.tilt_deg:.1f}° from the sheet's normal, focal length {focal}, "
             f"distortion k1 {k1}, corners to {camera.residual_px:.2f} px"
@@ -170,25 +165,3 @@ def _sentences(
         )
         doubts += [f"clock: {clock.doubt}"] if clock.doubt else []
     return sentences, doubts
-
-
-def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
-    """Write the tables of all fingers and the summary.
-
-    Args:
-        tracked: what was found.
-        out: folder.
-        config: that set-ups differ from.
-        name: of the table of a single finger.
-
-    Returns:
-        The CSV files.
-    """
-    several = len(tracked.bodies) > 1
-    fingers = {
-        f"{name}_{i}" if several else name: (body, shared(body, tracked.camera, tracked.clock))
-        for i, body in enumerate(tracked.bodies, 1)
-    }
-    points = tracked.watched.points
-    frames, control = points.names, tracked.control
-    return table.write(fingers, frames, points.time_s, control, tracked.told, out, config)
