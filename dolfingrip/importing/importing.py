@@ -264,7 +264,7 @@ def read_states(file: Path, texts: pd.DataFrame, settings: Told) -> dict[str, np
     decimal = "," if (texts.map(lambda text: "," in text)).any(axis=None) else "."
     cells = Cells(texts.set_index(pd.RangeIndex(2, len(texts) + 2)), [], decimal)
     table = _controlled(file, cells, settings).table
-    if not _begins_at_rest(table, ""):
+    if not _begins_at_rest(table):
         name = next(name for name in BLOWN if name in table)
         raise ConfigError(
             f"{file}: the first picture is at {CHANNELS[name].said(table[name].iloc[0])}; allowed: "
@@ -288,10 +288,7 @@ def _controlled(file: Path, cells: Cells, settings: Told, *needs: str) -> Import
         table = imported.table
         blown = {*BLOWN, *filter(cavity_of_supply, table)} & {*table}
         if not blown or not {*needs} <= {*table}:
-            has = ", ".join(table) or "no column that is known"
-            option = column_option(cells.header[0], (*needs, "pressure_kPa")[0])
-            allowed = " and ".join([*needs, "a pressure (or volume_ml, of a pump)"])
-            raise ConfigError(f"{file}: {has}; allowed: {allowed}; name one by {option}")
+            raise _lacking(imported, "log" if needs else "states")
         _finger(imported, settings)
     if imported.questions:
         raise imported.questions[0]
@@ -561,11 +558,13 @@ def _lacking(imported: ImportedTable, experiment: str) -> ConfigError:
         example = column_option(unused[0], "pressure_kPa")
         more = f"; not known, or without numbers: {', '.join(unused)}: name one by {example}"
     needs = {
+        "log": "time and pressure (or volume_ml, of a pump)",
+        "states": "pressure (or volume_ml, of a pump)",
         "bending": "pressure and an angle or a place of the tip (or volume_ml, of a pump)",
         "blocked_force": "pressure and force (or volume_ml, of a pump)",
         "coupon": "displacement, strain or stretch, and force or nominal stress",
     }
-    allowed = needs[experiment] if experiment else "; or ".join(needs.values())
+    allowed = needs[experiment] if experiment else "; or ".join([*needs.values()][2:])
     return ConfigError(f"{imported.file}: {has}{more}; allowed: {allowed}")
 
 
@@ -777,7 +776,7 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
         noise = AT_REST_SIGMA * CHANNELS[name].noise
         if settings.zero_at_rest:
             table[name] = table[name] - first
-        elif settings.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table, name):
+        elif settings.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table):
             what = f"{name} begins at {begins:.4g} {CHANNELS[name].symbol}: zero there?"
             imported.ask(what, ImportOption("zero_at_rest"), ImportOption("zero_at_rest", False))
     if settings.zero_at_rest:
@@ -785,7 +784,7 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
     _signs(imported)
 
 
-def _begins_at_rest(table: pd.DataFrame, name: str) -> bool:
+def _begins_at_rest(table: pd.DataFrame) -> bool:
     """Say if the control is at rest in the first row, so that the reading should be zero."""
     control = next((name for name in BLOWN if name in table), None)
     if control is None:

@@ -260,7 +260,7 @@ def test_states_are_columns_as_import_takes_them(
     ("states", "words"),
     [
         ("{p}.jpg", 'its unit is not told; add --column "p=pressure_kPa"'),
-        ("{number}.jpg", "allowed: a pressure (or volume_ml"),
+        ("{number}.jpg", "allowed: pressure (or volume_ml"),
         ("file,pressure_kPa\n0.jpg,0\n", "not in index"),
         ("file,pressure_kPa\n0.jpg,0\n20.jpg,1\n20.jpg,2\n", "has every picture once"),
         ("file,pressure_kPa\n0.jpg,60\n20.jpg,0\n", "the first picture is at 60.0 kPa"),
