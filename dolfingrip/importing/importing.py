@@ -226,7 +226,7 @@ def read_log(files: Sequence[Path], settings: Told, event: str | None = None) ->
         ConfigError: one line, where a file lacks one of them, or its time runs backwards.
         Question: a column has two readings.
     """
-    file, parts = files[0], [reading.read(each, settings) for each in files]
+    file, parts = files[0], [reading.read(part, settings) for part in files]
     for other, part in zip(files, parts, strict=True):
         if part.header != parts[0].header:
             allowed = f"as {file}: {', '.join(parts[0].header)}"

@@ -79,9 +79,9 @@ def beside_refusal(source: FrameSource | None, out: Path) -> Iterator[list[Watch
     Yields:
         A list that takes what was seen in them.
     """
-    found: list[Watched] = []
+    sights: list[Watched] = []
     try:
-        yield found
+        yield sights
     except ConfigError as error:
         if source is None:
             raise
@@ -90,10 +90,10 @@ def beside_refusal(source: FrameSource | None, out: Path) -> Iterator[list[Watch
         except ConfigError:
             raise error from None
         points = [error.places_px] if isinstance(error, Unseen) else []
-        points += [seen.points.px[0, finger] for seen in found for finger in seen.fingers]
+        points += [seen.points.px[0, finger] for seen in sights for finger in seen.fingers]
         file = out / "seen.png"
         text = f"{source.name}: first frame"
-        corners = [px for seen in found for _, px in seen.corners[:1]]
+        corners = [px for seen in sights for _, px in seen.corners[:1]]
         overlay.picture(file, overlay.drawn(first.image, [*points, *corners], text))
         raise ConfigError(f"{error}; {file} shows the first frame") from None
 
