@@ -131,9 +131,11 @@ def _sentences(
     ]
     doubts = [*camera.doubts, *watched.doubts]
     if camera.has_sheet:
-        numbers = {plane.K1: f"{camera.mean[plane.K1]:.3f}",
-                plane.F: f"{np.exp(camera.mean[plane.F]):.0f} px"}  # fmt: skip
-        k1, focal = (numbers[i] if camera.determined(i) else "not determined" for i in numbers)
+        of_lens = {
+            plane.K1: f"{camera.mean[plane.K1]:.3f}",
+            plane.F: f"{np.exp(camera.mean[plane.F]):.0f} px",
+        }
+        k1, focal = (of_lens[i] if camera.determined(i) else "not determined" for i in of_lens)
         sentences.append(
             f"camera: {camera.tilt_deg:.1f}° from the sheet's normal, focal length {focal}, "
             f"distortion k1 {k1}, corners to {camera.residual_px:.2f} px"
