@@ -46,7 +46,7 @@ def judged(own: Scene, stem: Path) -> list[dict[str, Any]]:
     source = frames.open_frames([stem.with_suffix(".mp4")])
     told = asked(own, truth)
     begun = time.process_time()
-    watched = watch.watch(source, told, stem.parent, lambda done, total: None)
+    watched = watch.watch(source, told, lambda done, total: None)
     took = time.process_time() - begun
     tracked = track.understand(watched, told, columns, Config())
     shown = truth["marks_px"]

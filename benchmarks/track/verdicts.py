@@ -35,6 +35,7 @@ from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files import table
 from dolfingrip.jobs.run import silent
 from dolfingrip.tracking import frames, track, watch
+from dolfingrip.tracking.table import write as write_tables
 
 TABLE: Final = Path(__file__).parents[1] / "track_verdicts.csv"
 HIDDEN: Final[tuple[Mapping[str, Mapping[str, float]], ...]] = (
@@ -94,9 +95,9 @@ def written(number: int, stem: Path, out: Path) -> tuple[Path, Path]:
     }
     columns["event"] = columns.pop("light")
     source, told = frames.open_frames([stem.with_suffix(".mp4")]), asked(own, truth)
-    watched = watch.watch(source, told, out, lambda done, total: None)
+    watched = watch.watch(source, told, lambda done, total: None)
     tracked = track.understand(watched, told, columns, config)
-    (seen,) = track.write(tracked, out, config, "video")
+    (seen,) = write_tables(tracked, out, config, "video")
     read = table.read_csv(seen)
     stops_s = own.seconds * (np.arange(STOPS + 1) + 0.4) / (STOPS + 0.75)
     times_s = np.array(read["time_s"], dtype=float)

@@ -527,10 +527,16 @@ class TrackSettings(ConfiguredSettings):
         (), "A video, pictures, or points of another program.", "VIDEO|PICTURES|POINTS"
     )
     out: Path = _out(Path("out/track"))
-    log: Path | None = option(None, "Table of pressures over time, as for `import`.", metavar="LOG")
+    log: tuple[Path, ...] = option(
+        (),
+        "Table of pressures over time, as for `import`; repeatable, part by part.",
+        metavar="LOG",
+    )
     sheet: Literal["a4", "letter"] | None = option(None, "Write the sheet to print, to --out.")
     states: str | None = option(
-        None, "Pressures: '{pressure_kPa}.jpg', or a CSV with a column file.", metavar="NAME|CSV"
+        None,
+        "Pressures or volumes: '{pressure_kPa}.jpg', or a CSV with a column file.",
+        metavar="NAME|CSV",
     )
     scale: tuple[str, ...] = option(
         (), "'X,Y X,Y = LENGTH mm': two points (px) and their distance; repeatable."

@@ -6,24 +6,23 @@ import math
 import re
 import shlex
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import PRESSURE
 from dolfingrip.cli.console import Screen, console, one_process
 from dolfingrip.cli.import_command import named
 from dolfingrip.cli.progress import shown
 from dolfingrip.cli.settings import TrackSettings
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.files import table as tables
 from dolfingrip.files import whole
-from dolfingrip.importing.importing import read_log
+from dolfingrip.importing.importing import read_log, read_states
 from dolfingrip.importing.told import Question, Told
-from dolfingrip.tracking import family, foreign, frames, show, track, watch
+from dolfingrip.tracking import family, foreign, frames, show, table, track, watch
 from dolfingrip.tracking.asked import TrackAsked, states_of
 from dolfingrip.tracking.family import Family
 from dolfingrip.tracking.plane import Length
@@ -44,25 +43,42 @@ def track_video(args: TrackSettings) -> None:
         screen.say(f"{file}: print it at 100 %, and measure its ruler")
         return
     config = configuration.load(args.config, overrides=args.overrides)
-    request, log, until_s = _told(args), _log(args), args.until or math.inf
-    source: frames.FrameSource | None = None
-    if _has_points(args):
-        with screen.status(f"reading {args.files[0]}"):
-            watched, request = foreign.load(args.files[0], request, until_s)
-    else:
-        source = frames.open_frames(args.files, until_s)
-        if args.silhouette:
-            request = replace(request, family=_simulated(config, args, screen))
-        if args.pick:
-            request = replace(request, points_px=_picked(source, args, screen))
-        with shown(screen, "frames", total=source.expected) as progress:
-            watched = watch.watch(source, request, args.out, progress)
-    tracked = track.understand(watched, request, log, config)
-    written = track.write(tracked, args.out, config, request.name)
+    files, until_s, source = _in_order(args.files), args.until or math.inf, None
+    if not _has_points(args):
+        source = frames.open_frames(files, until_s)
+    request, log = _told(args, files), _log(args)
+    if log is None and not request.states:
+        raise ConfigError(
+            "nothing tells the pressure of the frames; allowed: --log LOG.csv for a video, "
+            '--states "{pressure_kPa}.jpg" or a table for pictures'
+        )
+    if args.silhouette:
+        request = replace(request, family=_simulated(config, args, screen))
+    if args.pick:
+        assert source is not None  # points of another program need none
+        request = replace(request, points_px=_picked(source, args, screen))
+    with show.beside_refusal(source, args.out) as seen:
+        if source is None:
+            with screen.status(f"reading {files[0]}"):
+                watched, request = foreign.load(files[0], request, until_s)
+        else:
+            with shown(screen, "frames", total=source.expected) as progress:
+                watched = watch.watch(source, request, progress)
+        seen.append(watched)
+        tracked = track.understand(watched, request, log, config)
+        written = table.write(tracked, args.out, config, request.name)
     if args.overlay and source is not None:
         with shown(screen, "frames drawn", total=source.expected) as progress:
             show.show(source, tracked, args.out, progress)
     _tell(tracked, written, args, screen)
+
+
+def _in_order(files: Sequence[Path]) -> Sequence[Path]:
+    """Files by the numbers in their names, where a shell has sorted them by letters."""
+    if [*files] != sorted(files):
+        return files
+    parts = {file: re.split(r"(\d+(?:\.\d+)?)", str(file)) for file in files}
+    return sorted(files, key=lambda file: (parts[file][::2], [*map(float, parts[file][1::2])]))
 
 
 def _simulated(config: Config, args: TrackSettings, screen: Screen) -> Family:
@@ -103,13 +119,9 @@ def _tell(tracked: track.Tracked, written: list[Path], args: TrackSettings, scre
     doubtful = watch.doubtful(tracked.watched)
     if doubtful and not _has_points(args):
         lines.append(f"{len(doubtful)} doubtful frames; {args.out / 'doubtful'} shows the worst")
-    if PRESSURE.name in tracked.control:
-        files = " ".join(shlex.quote(str(file)) for file in written)
-        config = f" --config {shlex.quote(str(args.config))}" if args.config else ""
-        last = f"dolfingrip diagnose {files}{config}"
-    else:
-        names = ", ".join(tracked.control)
-        last = f"{written[0]} has {names}; diagnose takes {PRESSURE.name}"
+    files = " ".join(shlex.quote(str(file)) for file in written)
+    config = f" --config {shlex.quote(str(args.config))}" if args.config else ""
+    last = f"dolfingrip diagnose {files}{config}"
     for text in lines:
         screen.say(f"- {text}")
     summary = [f"# {written[0].stem}", "", *(f"- {text}" for text in lines)]
@@ -121,16 +133,16 @@ def _tell(tracked: track.Tracked, written: list[Path], args: TrackSettings, scre
 
 
 def _log(args: TrackSettings) -> Mapping[str, np.ndarray] | None:
-    """The columns of the log."""
+    """The columns of the log, which may be in several files, one after another."""
     for flag, value in (("--light", args.light), ("--knock", args.knock)):
-        if value and (args.event is None or args.log is None):
+        if value and (args.event is None or not args.log):
             raise ConfigError(f"{flag}: allowed: with --log and --event, its column that shows it")
-    if args.log is None:
+    if not args.log:
         return None
     try:
         log = read_log(args.log, Told(column=named(args.column)), args.event)
     except Question as question:
-        raise ConfigError(f"{args.log}: {question}") from None
+        raise ConfigError(f"{args.log[0]}: {question}") from None
     return {str(name): log[name].to_numpy(dtype=float) for name in log}
 
 
@@ -150,8 +162,8 @@ def _has_points(args: TrackSettings) -> bool:
     return True
 
 
-def _told(args: TrackSettings) -> TrackAsked:
-    """Turn the texts of options into numbers."""
+def _told(args: TrackSettings, files: Sequence[Path]) -> TrackAsked:
+    """Turn the texts of options into numbers; the files are in their order."""
     labelled, is_place = _has_points(args), re.fullmatch(f"{NUMBER},{NUMBER}", args.clamp or "")
     points = None if args.points is None or labelled else _points(args.points, "--points")
     clamp = None
@@ -160,23 +172,15 @@ def _told(args: TrackSettings) -> TrackAsked:
     scales = []
     for text in args.scale:
         match = re.fullmatch(rf"{NUMBER},{NUMBER} {NUMBER},{NUMBER}={NUMBER}mm\s*", text)
-        if match is None:
-            raise ConfigError(f'--scale "{text}": allowed: as "312,400 900,402 = 100 mm"')
-        u, v, s, t, length = map(float, match.groups())
-        ends = np.array([[u, v], [s, t]])
-        away = float(np.linalg.norm(ends[1] - ends[0]))
-        if away < 10 or length <= 0:
+        *ends, length = map(float, match.groups()) if match else [0.0] * 5
+        ends_px = np.reshape(ends, (2, 2))
+        if np.linalg.norm(ends_px[1] - ends_px[0]) < 10 or length <= 0:
             raise ConfigError(
-                f'--scale "{text}": allowed: points at least 10 px apart, and above 0 mm'
+                f'--scale "{text}": allowed: as "312,400 900,402 = 100 mm", of points at least 10 '
+                "px apart, and above 0 mm"
             )
-        scales.append(Length.pointed_at(ends, length))
-    states: dict[str, dict[str, float]] = {}
-    if args.states is not None:
-        names = [file.name for file in args.files]
-        if Path(args.states).suffix.lower() == ".csv":
-            states = _state_table(Path(args.states), names)
-        else:
-            states = states_of(args.states, names)
+        scales.append(Length.pointed_at(ends_px, length))
+    states = None if args.states is None else _states(args, [file.name for file in files])
     return TrackAsked(
         colour=args.colour, count=args.dots, points_px=points, tags=args.tags,
         tag_mm=args.tag_side, fingers=args.fingers, scales=scales,
@@ -185,8 +189,8 @@ def _told(args: TrackSettings) -> TrackAsked:
         frame_rate=args.frame_rate,
         first_mm=args.first, in_front_mm=args.in_front, side=args.side,
         light_px=None if args.light is None else _points(args.light, "--light")[0],
-        knock=args.knock, shift_s=args.shift, states=states, name=args.files[0].stem
-        if args.log is not None or len(args.files) == 1 else "pictures",
+        knock=args.knock, shift_s=args.shift, states=states or {},
+        name=files[0].stem if args.log or len(files) == 1 else "pictures",
     )  # fmt: skip
 
 
@@ -203,15 +207,22 @@ def _points(text: str, flag: str) -> np.ndarray:
     return np.array(points)
 
 
-def _state_table(file: Path, names: list[str]) -> dict[str, dict[str, float]]:
-    """The states of pictures from a table with a column ``file``."""
+def _states(args: TrackSettings, names: Sequence[str]) -> Mapping[str, np.ndarray]:
+    """The states of pictures from their names, or from a table with a column ``file``."""
+    assert args.states is not None
+    file = Path(args.states)
+    if file.suffix.lower() == ".csv":
+        try:
+            texts = pd.read_csv(file, sep=None, engine="python", dtype=str, encoding="utf-8-sig")
+            texts = texts.fillna("").set_index("file", verify_integrity=True).loc[[*names]]
+        except (OSError, ValueError, KeyError) as error:
+            raise ConfigError(
+                f"--states {file}: {error}; allowed: a CSV with a column file, which has every "
+                f"picture once, and a column such as pressure_kPa"
+            ) from None
+    else:
+        texts = pd.DataFrame(states_of(args.states, names))
     try:
-        columns = tables.read_csv(file)
-        rows = dict(zip(columns.pop("file"), zip(*columns.values(), strict=True), strict=True))
-        states = {name: dict(zip(columns, map(float, rows[name]), strict=True)) for name in names}
-    except (OSError, ValueError, KeyError) as error:
-        raise ConfigError(
-            f"--states {file}: {error}; allowed: a CSV with a column file, which has every "
-            f"picture, and columns of numbers such as {PRESSURE.name}"
-        ) from None
-    return states
+        return read_states(file, texts, Told(column=named(args.column), withdraws=False))
+    except Question as question:
+        raise ConfigError(f"--states {file}: {question}") from None

@@ -34,8 +34,9 @@ def tables(file: Path) -> dict[str, dict[str, np.ndarray]]:
             if array.ndim == 1:
                 alike.setdefault((within, len(array)), {})[name] = array
             elif array.ndim == 2 and len(array) > 1:
-                columns = {f"{name} column {i + 1}": column for i, column in enumerate(array.T)}
-                alike[path, len(array)] = columns
+                across = min(array, array.T, key=len)  # there are more readings than quantities
+                columns = {f"{name} column {i + 1}": column for i, column in enumerate(across)}
+                alike[path, across.shape[1]] = columns
     except ImportError:  # the command's edge says what to install
         raise
     except Exception as error:  # any error of the readers on a broken file
@@ -82,7 +83,10 @@ def _arrays(file: Path) -> Iterator[tuple[str, np.ndarray]]:
 
 def _within(path: str, fields: Mapping[str, Any]) -> Iterator[tuple[str, np.ndarray]]:
     for name, value in fields.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
+            parts = {f"{name} {i}": part for i, part in enumerate(np.ravel(value), 1)}
+            yield from _within(path, parts)
+        elif isinstance(value, Mapping):
             yield from _within(f"{path}{name}.", value)
         elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf":
             yield f"{path}{name}", value.astype(float)

@@ -431,7 +431,7 @@ def _texts(data: bytes, encoding: str | None) -> dict[str, str]:
     """Decode bytes in each encoding that they may have, the likeliest first."""
     marks = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     name = encoding or next((marks[mark] for mark in marks if data.startswith(mark)), "utf-8")
-    if not encoding and name == "utf-8" and b"\0" in data[:200]:
+    if not encoding and name == "utf-8" and 4 * data[:200].count(0) > len(data[:200]):
         name = "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
     try:
         return {name: data.decode(name)}
@@ -463,7 +463,7 @@ def _of_text(text: str, encoding: str, settings: Told) -> dict[str, Cells]:
         ]
     if lines and lines[0][1].casefold().startswith("sep="):
         lines = lines[1:]
-    lines = _labelled(lines)
+    lines = _labelled([(i, _unmonitored(line)) for i, line in lines])
     separated = (
         (separator, [(i, _split(line, separator)) for i, line in lines])
         for separator in SEPARATORS
@@ -477,36 +477,46 @@ def _of_text(text: str, encoding: str, settings: Told) -> dict[str, Cells]:
     return {name: replace(cells, how=how) for name, cells in _tables(rows, decimal).items()}
 
 
+def _unmonitored(line: str) -> str:
+    """A line with a cell for the time of day that a serial monitor writes before an arrow."""
+    stamp, arrow, written = line.partition(" -> ")
+    if not arrow or not is_clock(stamp):
+        return line
+    return next((sign for sign in "\t;," if sign in written), "\t").join((stamp, written))
+
+
 def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
     """Lines with tabs of a log that has names in each, as in ``P: 12.3 kPa, A: 45.2 deg``.
 
-    A name that comes back begins a row. A log of a single name, or of none, is a column beside the
-    number of its row.
+    A name that comes back begins a row, which has the time stamp of its first line. A log of a
+    single name, or of none, without stamps is a column beside the number of its row.
     """
-    entries: list[tuple[int, str, str]] = []
-    if len(lines) > 2 and all(_ALONE.fullmatch(text) for _, text in lines[1:]):
-        head = [] if _ALONE.fullmatch(lines[0][1]) else [lines[0][1].strip()]
-        entries = [(n, (head or ["value"])[0], text.strip()) for n, text in lines[len(head) :]]
-    elif lines and set(":=") & set(lines[-1][1]):
+    entries: list[tuple[int, str, str, str]] = []
+    alone = [bool(_ALONE.fullmatch(text)) for _, text in lines]
+    if len(lines) > 2 and 2 * sum(alone) > len(lines):
+        head = "value" if alone[0] else lines[0][1].strip()
+        readings = [line for line in lines[not alone[0] :] if re.search(r"\d", line[1])]
+        entries = [(number, "", head, text.strip()) for number, text in readings]
+    elif any(set(":=") & set(text) for _, text in lines[-3:]):  # the last one may be cut off
         parsed = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
-        names = Counter(tuple(match[1].strip() for match in parts) for _, _, parts in parsed)
-        usual, count = names.most_common(1)[0]
-        one_a_line = len(usual) == 1 and not names[()]
-        if one_a_line or (len(usual) > 1 and 2 * count >= len(lines)):
-            for number, text, parts in parsed:
-                if not one_a_line and tuple(match[1].strip() for match in parts) == usual:
-                    entries.append((number, "", text[: parts[0].start()].strip(" ->{\t,;")))
-                elif not one_a_line:
-                    continue  # a message
-                entries += [(number, m[1].strip(), f"{m[2]} {m[3] or ''}") for m in parts]
+        names = [tuple(match[1].strip() for match in parts) for _, _, parts in parsed]
+        usual = Counter(filter(None, names)).most_common(1)
+        kept = [
+            line for line, of_line in zip(parsed, names, strict=True)
+            if of_line and (len(usual[0][0]) == 1 or of_line == usual[0][0])  # no message
+        ]  # fmt: skip
+        if 2 * len(kept) >= len(lines):
+            for n, text, parts in kept:
+                stamp = text[: parts[0].start()].strip(" ->{[]\t,;")
+                entries += [(n, stamp, m[1].strip(), f"{m[2]} {m[3] or ''}") for m in parts]
     if not entries:
         return lines
     rows: list[tuple[int, dict[str, str]]] = []
-    for number, name, value in entries:
+    for number, stamp, name, value in entries:
         if not rows or name in rows[-1][1]:
-            rows.append((number, {}))
+            rows.append((number, {"stamp": stamp} if stamp else {}))
         rows[-1][1][name] = value
-    columns = list(dict.fromkeys(name for _, name, _ in entries))
+    columns = list(dict.fromkeys(name for _, row in rows for name in row))
     if len(columns) == 1:
         rows = [(number, {"frame": f"{i}", **row}) for i, (number, row) in enumerate(rows)]
         columns = ["frame", *columns]
@@ -715,8 +725,9 @@ def _sign(texts: Iterable[str], separator: str, settings: Told) -> str:
     if len(signs) == 1:
         return signs[0]
     if not signs:
+        odd = [cell for cell in signed if not any(r.fullmatch(cell) for r in _BY_SIGN.values())]
         raise ConfigError(
-            "its numbers have points and commas without a rule; allowed: one decimal sign"
+            f"{[*odd, *signed][0]}: points and commas without a rule; allowed: one decimal sign"
         )
     if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in numbers):
         return "." if any("." in cell for cell in signed) else ","  # no thousands are grouped

@@ -75,6 +75,9 @@ DAY_S: Final = 86400.0
 ZERO_KPA: Final = 10.0
 """A gauge's zero is not farther off than this."""
 
+RESTARTS: Final = 0.1
+"""Part of the largest volume below which a pump's counter does not begin at 0 again: noise."""
+
 ALIKE: Final = 0.02
 """Part of a range by which what a machine measured and what it worked out of it may differ."""
 
@@ -208,34 +211,30 @@ def understand(file: Path, settings: Told) -> ImportedTable:
     return imported
 
 
-def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFrame:
-    """Read times and pressures of a log, where another instrument has the readings.
+def read_log(files: Sequence[Path], settings: Told, event: str | None = None) -> pd.DataFrame:
+    """Read times and a control of a log, where another instrument has the readings.
 
     Args:
-        file: CSV, TSV, text or XLSX.
+        files: CSV, TSV, text or XLSX; parts of one log, in the order of time.
         settings: what a person tells.
         event: header of a further column of numbers.
 
     Returns:
-        ``time_s`` and ``pressure_kPa``, and ``event``, in rows that have all of them.
+        ``time_s``, ``pressure_kPa`` or ``volume_ml``, and ``event``, in rows that have all of them.
 
     Raises:
-        ConfigError: one line, where the file lacks one of them, or its time runs backwards.
+        ConfigError: one line, where a file lacks one of them, or its time runs backwards.
         Question: a column has two readings.
     """
-    imported = _named(file, reading.read(file, settings), settings)
-    if not imported.questions:
-        _convert(imported)
-        _by_frames(imported, settings)
-        names = [TIME.name, *(name for name in BLOWN if name in imported.table)]
-        if len(names) < 2 or TIME.name not in imported.table:
-            has = ", ".join(imported.table) or "no column that is known"
-            option = column_option(imported.cells.header[0], TIME.name)
-            raise ConfigError(f"{file}: {has}; allowed: time and pressure; name one by {option}")
-        _finger(imported, settings)
-    if imported.questions:
-        raise imported.questions[0]
-    table = imported.table[[TIME.name, "pressure_kPa"]]
+    file, parts = files[0], [reading.read(part, settings) for part in files]
+    for other, part in zip(files, parts, strict=True):
+        if part.header != parts[0].header:
+            allowed = f"as {file}: {', '.join(parts[0].header)}"
+            raise ConfigError(f"{other}: columns {', '.join(part.header)}; allowed: {allowed}")
+    cells = replace(parts[0], table=pd.concat([part.table for part in parts]))
+    imported = _controlled(file, cells, settings, TIME.name)
+    blown = "volume_ml" if "volume_ml" in imported.table else "pressure_kPa"
+    table = imported.table[[TIME.name, blown]]
     if event is not None:
         if event not in imported.cells.header:
             there = ", ".join(imported.cells.header)
@@ -243,16 +242,69 @@ def read_log(file: Path, settings: Told, event: str | None = None) -> pd.DataFra
         texts = imported.cells.column(imported.cells.header.index(event))
         table = table.assign(event=_numbers(imported, event, texts))
     table = table.dropna()
-    _require_order(file, table[TIME.name].to_numpy())
+    _require_order(imported, table[TIME.name])
     return table
 
 
-def _require_order(file: Path, time_s: np.ndarray) -> None:
-    if len(time_s) < 2 or (np.diff(time_s) < 0).any():
+def read_states(file: Path, texts: pd.DataFrame, settings: Told) -> dict[str, np.ndarray]:
+    """Read the control of pictures, the first of which is at rest.
+
+    Args:
+        file: where they stand, for messages.
+        texts: a row for each picture, by the headers of columns.
+        settings: what a person tells.
+
+    Returns:
+        Columns of the format.
+
+    Raises:
+        ConfigError: one line, where no column is a control, or the first picture is not at rest.
+        Question: a column has two readings.
+    """
+    decimal = "," if (texts.map(lambda text: "," in text)).any(axis=None) else "."
+    cells = Cells(texts.set_index(pd.RangeIndex(2, len(texts) + 2)), [], decimal)
+    table = _controlled(file, cells, settings).table
+    if not _begins_at_rest(table):
+        name = next(name for name in BLOWN if name in table)
         raise ConfigError(
-            f"{file}: {len(time_s)} rows with a time and a reading; allowed: at least 2, in the "
-            "order of time"
+            f"{file}: the first picture is at {CHANNELS[name].said(table[name].iloc[0])}; allowed: "
+            "that of the finger at rest first, as readings count from it"
         )
+    controls = (TIME.name, *BLOWN, *filter(cavity_of_supply, table))
+    return {name: table[name].to_numpy() for name in controls if name in table}
+
+
+def _controlled(file: Path, cells: Cells, settings: Told, *needs: str) -> ImportedTable:
+    """A table with a control, and with further columns of some names.
+
+    Raises:
+        ConfigError: one line, where one of them is missing.
+        Question: a column has two readings.
+    """
+    imported = _named(file, cells, settings)
+    if not imported.questions:
+        _convert(imported)
+        _by_frames(imported, settings)
+        table = imported.table
+        blown = {*BLOWN, *filter(cavity_of_supply, table)} & {*table}
+        if not blown or not {*needs} <= {*table}:
+            raise _lacking(imported, "log" if needs else "states")
+        _finger(imported, settings)
+    if imported.questions:
+        raise imported.questions[0]
+    return imported
+
+
+def _require_order(imported: ImportedTable, time_s: pd.Series) -> None:
+    """Refuse a table whose time runs backwards, as where a board was started again."""
+    back = time_s[time_s.diff() < 0]
+    if len(time_s) < 2 or len(back):
+        what = f"{len(time_s)} rows with a time and a reading"
+        if len(back):
+            line = imported.cells.table.index[back.index[0]]
+            what = f"line {line}: the clock goes back to {back.iloc[0]:g} s"
+        allowed = "at least 2 rows in the order of time, as of the file's part before such a line"
+        raise ConfigError(f"{imported.file}: {what}; allowed: {allowed}")
 
 
 def _named(file: Path, cells: Cells, settings: Told) -> ImportedTable:
@@ -296,8 +348,8 @@ def _join(imported: ImportedTable, log: ImportedTable, settings: Told) -> None:
     numbers = controlled[0].table.select_dtypes("number").dropna(subset=[TIME.name, control])
     rows = readings.table.dropna(subset=[TIME.name])
     log_s, time_s = numbers[TIME.name].to_numpy(), rows[TIME.name].to_numpy()
-    _require_order(controlled[0].file, log_s)
-    _require_order(readings.file, time_s)
+    _require_order(controlled[0], numbers[TIME.name])
+    _require_order(readings, rows[TIME.name])
     if settings.shift is not None:
         steps = [float(np.median(np.diff(values))) for values in (log_s, time_s)]
         clock = Clock(settings.shift, 1.0, max(steps) / math.sqrt(12), "what was told")
@@ -506,11 +558,13 @@ def _lacking(imported: ImportedTable, experiment: str) -> ConfigError:
         example = column_option(unused[0], "pressure_kPa")
         more = f"; not known, or without numbers: {', '.join(unused)}: name one by {example}"
     needs = {
+        "log": "time and pressure (or volume_ml, of a pump)",
+        "states": "pressure (or volume_ml, of a pump)",
         "bending": "pressure and an angle or a place of the tip (or volume_ml, of a pump)",
         "blocked_force": "pressure and force (or volume_ml, of a pump)",
         "coupon": "displacement, strain or stretch, and force or nominal stress",
     }
-    allowed = needs[experiment] if experiment else "; or ".join(needs.values())
+    allowed = needs[experiment] if experiment else "; or ".join([*needs.values()][2:])
     return ConfigError(f"{imported.file}: {has}{more}; allowed: {allowed}")
 
 
@@ -549,27 +603,34 @@ def _finger(imported: ImportedTable, settings: Told) -> None:
 
 def _pumped(imported: ImportedTable, settings: Told) -> None:
     """Volume in the cavity by a pump's counter, which may begin at 0 again as the pump turns."""
-    there = [name for name in BLOWN if name in imported.table]
-    if len(there) > 1:
-        options = [column_option(imported.source(name)[0], IGNORE) for name in there]
-        imported.ask(f"{' and '.join(there)}: which was prescribed? the other one:", *options)
+    blown = [name for name in BLOWN if name in imported.table]
+    if len(blown) > 1:
+        options = [column_option(imported.source(name)[0], IGNORE) for name in blown]
+        imported.ask(f"{' and '.join(blown)}: which was prescribed? the other one:", *options)
         return
-    counted = imported.table["volume_ml"].to_numpy()
+    if "withdrawn_ml" in imported.table:
+        imported.table["volume_ml"] -= imported.table["withdrawn_ml"]
+        imported.notes.append("volume_ml is what was infused without what was withdrawn")
+    there = imported.table["volume_ml"].dropna()
+    counted = there.to_numpy()
     steps = np.diff(counted)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else math.inf
-    turns = np.flatnonzero((steps < -2 * usual) & (np.abs(counted[1:]) <= usual)) + 1
+    falls = (steps < -2 * usual) & (counted[:-1] > RESTARTS * counted.max(initial=0.0))
+    turns = np.flatnonzero(falls & (np.abs(counted[1:]) < counted[:-1] / 4)) + 1
     turns = np.array([turn for turn in turns if counted[turn:].max() > usual], dtype=int)
     if len(turns) and settings.withdraws is None:
-        row = imported.cells.table.index[turns[0]]
+        row = imported.cells.table.index[there.index[turns[0]]]
         options = [ImportOption("withdraws"), ImportOption("withdraws", False)]
         imported.ask(f"line {row}: the volume begins at 0 again: does the pump withdraw?", *options)
     if settings.withdraws:
         put = np.diff(counted, prepend=0.0)
         put[turns] = counted[turns]
         way = (-1.0) ** np.searchsorted(turns, np.arange(len(counted)), side="right")
-        imported.table["volume_ml"] = (way * put).cumsum()
-        imported.notes.append(f"the pump turns {len(turns)} times, where its counter begins at 0")
+        imported.table["volume_ml"] = pd.Series((way * put).cumsum(), there.index)
+        imported.notes.append(f"the pump turns where its counter begins at 0: {len(turns)} times")
     _by_frames(imported, settings)
+    if TIME.name not in imported.table:
+        imported.notes.append("no time: diagnose assumes how fast the pump is")
 
 
 def _by_frames(imported: ImportedTable, settings: Told) -> None:
@@ -715,7 +776,7 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
         noise = AT_REST_SIGMA * CHANNELS[name].noise
         if settings.zero_at_rest:
             table[name] = table[name] - first
-        elif settings.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table, name):
+        elif settings.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table):
             what = f"{name} begins at {begins:.4g} {CHANNELS[name].symbol}: zero there?"
             imported.ask(what, ImportOption("zero_at_rest"), ImportOption("zero_at_rest", False))
     if settings.zero_at_rest:
@@ -723,13 +784,14 @@ def _at_rest(imported: ImportedTable, settings: Told) -> None:
     _signs(imported)
 
 
-def _begins_at_rest(table: pd.DataFrame, name: str) -> bool:
+def _begins_at_rest(table: pd.DataFrame) -> bool:
     """Say if the control is at rest in the first row, so that the reading should be zero."""
     control = next((name for name in BLOWN if name in table), None)
     if control is None:
         return True
-    pressure = table[control].abs()
-    return bool(pressure.iloc[0] <= max(1.0, 0.02 * float(pressure.max())))
+    size = table[control].abs()
+    least = 0.0 if control == "volume_ml" else 1.0  # kPa
+    return bool(size.iloc[0] <= max(least, 0.02 * float(size.max())))
 
 
 def _signs(imported: ImportedTable) -> None:

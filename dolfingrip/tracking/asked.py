@@ -31,7 +31,7 @@ class TrackAsked:
         light_px: where a light is.
         knock: whether a knock shows in both.
         shift_s: time of the log at the first frame.
-        states: by a picture's name; see :func:`states_of`.
+        states: of the pictures in their order, by the column of a control.
         labels: names of another program's points that are a finger's; none: all.
         clamp_label: the point of them that is where the clamp holds the back.
         unit: of them, ``px`` or a length.
@@ -54,7 +54,7 @@ class TrackAsked:
     light_px: np.ndarray | None = None
     knock: bool = False
     shift_s: float | None = None
-    states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    states: Mapping[str, np.ndarray] = field(default_factory=dict)
     labels: Sequence[str] = ()
     clamp_label: str | None = None
     unit: str | None = None
@@ -62,7 +62,7 @@ class TrackAsked:
     name: str = "track"
 
 
-def states_of(text: str, names: Sequence[str]) -> dict[str, dict[str, float]]:
+def states_of(text: str, names: Sequence[str]) -> list[dict[str, str]]:
     """Read the states of pictures from their names.
 
     Args:
@@ -77,7 +77,7 @@ def states_of(text: str, names: Sequence[str]) -> dict[str, dict[str, float]]:
         rf"(?P<{part[1:-1]}>[+-]?\d+(?:[.,]\d+)?)" if part.startswith("{") else re.escape(part)
         for part in parts
     )
-    states = {}
+    states = []
     for name in names:
         match = re.fullmatch(pattern, name)
         if match is None or not match.groupdict():
@@ -85,7 +85,5 @@ def states_of(text: str, names: Sequence[str]) -> dict[str, dict[str, float]]:
                 f"--states {text}: {name} has another form; allowed: as 40.jpg of "
                 "{pressure_kPa}.jpg"
             )
-        states[name] = {
-            key: float(value.replace(",", ".")) for key, value in match.groupdict().items()
-        }
+        states.append({key: value.replace(",", ".") for key, value in match.groupdict().items()})
     return states

@@ -17,6 +17,7 @@ from scipy.spatial.distance import cdist
 
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking.frames import Image
+from dolfingrip.tracking.points import Unseen
 
 NAMES: Final = {
     "red": (255, 0, 0), "orange": (255, 140, 0), "yellow": (255, 230, 0), "green": (0, 170, 0),
@@ -166,8 +167,11 @@ def _outlines(mask: np.ndarray, least: float, most: float) -> Iterator[np.ndarra
     """Outer contours of connected parts of a mask, of some areas (px)."""
     import cv2
 
-    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    for outline in outlines:  # through the outermost pixels' middles
+    outlines, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    for outline, (*_, hole_of) in zip(outlines, tree[0] if outlines else (), strict=True):
+        if hole_of >= 0:  # a part within a hole of another, as of the sheet's frame, is none
+            continue
+        # through the outermost pixels' middles
         if least <= cv2.contourArea(outline) + 0.5 * len(outline) + 1 <= most:
             yield outline
 
@@ -182,7 +186,7 @@ def learn(
         name: name of the colour or ``#rrggbb``; None: any.
         count: number of dots; None: any from three on.
         groups: number of fingers.
-        points: (n, 2) places of the dots, where they are given; None: they are sought.
+        points: (n, 2) places of the dots, where they are given, each of one; None: they are sought.
 
     Returns:
         The colour, and the dots' places (n, 2) in px.
@@ -192,31 +196,35 @@ def learn(
     """
     import cv2
 
+    count = len(points) if points is not None else count
     usual = np.maximum(np.median(image.reshape(-1, 3), axis=0), 1.0)
     light = usual.min() / usual  # in a coloured light black would look like a colour
     lab = cv2.GaussianBlur(in_chroma(image, light), (3, 3), 0)
     ordinary = np.median(lab.reshape(-1, 3), axis=0)
     best: tuple[float, Colour, list[np.ndarray]] | None = None
-    most = 0
+    most: list[np.ndarray] = []
     for direction in _directions(name, ordinary, lab, points):
         along, aside = _parts(lab, ordinary, direction)
         for contrast in POLICY.contrasts:
             mask = (along - np.maximum(aside - contrast, 0) > contrast).astype(np.uint8)
             blobs = [blob for blob in _round(mask, along) if points is None or _is_at(blob, points)]
             for group in _alike(blobs, count, groups):
-                most = max(most, len(group))
+                most = max(most, group, key=len)
+                if len(group) < min(count or 3 * groups, 3 * groups):
+                    continue
                 score = _score(group, count, groups) * (1 if points is not None else contrast**0.5)
                 if best is None or score > best[0]:
                     amount = float(np.median([blob[3] for blob in group]))
                     area = float(np.median([blob[2] for blob in group]))
                     best = score, Colour(light, ordinary, direction * amount, area), group
     if best is None or (count is not None and len(best[2]) != count):
-        what = f"{most} dots of one colour are seen" if most else "no dot is seen"
+        what = f"{len(most)} dots of one colour are seen" if most else "no dot is seen"
         wanted = "at least 3" if count is None else str(count)
-        raise ConfigError(
+        raise Unseen(
             f"{what} in the first frame, of {wanted}; allowed: round dots of one size and of a "
             f"colour that nothing beside them has; --colour {'|'.join(NAMES)}, --dots NUMBER or "
-            '--points "X,Y X,Y …" (px) tells which'
+            '--points "X,Y X,Y …" (px), one in each, tells which',
+            np.array([blob[:2] for blob in most]).reshape(-1, 2),
         )
     colour, places = best[1], np.array([blob[:2] for blob in best[2]])
     if not colour.direction[0]:  # as seen, and not as tried
@@ -307,8 +315,7 @@ def _alike(
             and 0.5 < blob[3] / max(first[3], 1) < 2
         ]  # fmt: skip
         group = _without_strays(group, groups, count)
-        if len(group) >= min(count or 3 * groups, 3 * groups):
-            yield group
+        yield group
 
 
 def _without_strays(group: list[np.ndarray], groups: int, count: int | None) -> list[np.ndarray]:

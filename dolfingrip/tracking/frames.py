@@ -24,7 +24,7 @@ Image = npt.NDArray[np.uint8]
 
 PICTURES: Final = (".jpg", ".jpeg", ".png")
 
-FORMATS: Final = frozenset({"mov", "mp4", "matroska", "webm", "avi", "mpegts", "mpeg", "asf"})
+FORMATS: Final = frozenset({"mov", "matroska", "avi", "mpegts", "mpeg", "asf", "gif"})
 """Containers that are read; playlists, which open other files, are none of them."""
 
 
@@ -98,7 +98,9 @@ def open_frames(files: Sequence[Path], until_s: float = math.inf) -> FrameSource
             raise ConfigError(f"{len(files)} pictures: allowed: up to {POLICY.most_frames}")
         return PictureFrames(pictures)
     if len(files) != 1:
-        raise ConfigError(f"{files[0]} and {len(files) - 1} more: allowed: one video, or pictures")
+        raise ConfigError(
+            f"{files[0]} and {len(files) - 1} more: allowed: one video, or JPEG and PNG pictures"
+        )
     return VideoFrames(files[0], until_s)
 
 
@@ -173,7 +175,8 @@ class VideoFrames:
         try:
             container = av.open(str(self._file), options={"protocol_whitelist": "file"})
         except (av.FFmpegError, ValueError) as error:
-            raise self._refuse(f"no video that can be opened ({error})") from None
+            why = getattr(error, "strerror", error)
+            raise self._refuse(f"no video that can be opened ({why})") from None
         if not container.streams.video or not FORMATS & set(container.format.name.split(",")):
             container.close()
             raise self._refuse("no video")
@@ -182,7 +185,7 @@ class VideoFrames:
     def _refuse(self, what: str) -> ConfigError:
         return ConfigError(
             f"{self._file}: {what}; allowed: a whole video, as of a camera or a phone (MP4, MOV, "
-            "MKV, WebM, AVI), or JPEG and PNG pictures"
+            "MKV, WebM, AVI, GIF), or JPEG and PNG pictures"
         )
 
     def __iter__(self) -> Iterator[Frame]:
@@ -214,7 +217,7 @@ class VideoFrames:
                     )
                     number += 1
             except av.FFmpegError as error:
-                raise self._broken(number, time_s, str(error)) from None
+                raise self._broken(number, time_s, str(error.strerror)) from None
         if not number:
             raise self._refuse("not one frame can be decoded")
         if time_s < min(self._length_s, self._until_s) - max(POLICY.early_s, 2 * time_s / number):

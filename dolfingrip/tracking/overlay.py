@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from fractions import Fraction
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.files import video, whole
-from dolfingrip.tracking.frames import Frame, Image
+from dolfingrip.files import whole
+from dolfingrip.tracking.frames import Image
 
 COLOURS: Final = ((255, 120, 0), (0, 140, 255), (40, 180, 40), (200, 60, 200))
 """Of fingers, in blue, green and red."""
@@ -80,32 +78,3 @@ def picture(file: Path, image: Image) -> None:
     import cv2
 
     whole.write(file, cv2.imencode(".png", image)[1].tobytes())
-
-
-@contextmanager
-def overlaid(
-    file: Path, rate_hz: float
-) -> Iterator[Callable[[Frame, Sequence[np.ndarray], str, np.ndarray | None], None]]:
-    """Write a video of at most :data:`HEIGHT_PX` and 15 frames a second.
-
-    Args:
-        file: target, an MP4; it is whole when the block ends.
-        rate_hz: frames per second of the source.
-
-    Yields:
-        A function that adds a frame, with the points and the line of :func:`drawn`; frames between
-        those that are shown are passed over.
-    """
-    every = max(1, round(rate_hz / 15))
-    rate = Fraction(rate_hz / every).limit_denominator(1000)
-    options = {"preset": "veryfast", "crf": "26"}
-    with video.growing(file, rate, "bgr24", options) as add_picture:
-
-        def add(
-            frame: Frame, fingers: Sequence[np.ndarray], text: str, outline: np.ndarray | None
-        ) -> None:
-            if frame.number % every == 0:
-                scale = min(1.0, HEIGHT_PX / frame.image.shape[0])
-                add_picture(drawn(frame.image, fingers, text, outline, scale))
-
-        yield add

@@ -8,10 +8,23 @@ from typing import Final
 
 import numpy as np
 
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking.plane import Length
 
 HIDDEN: Final = 0.6
 """Shift of a dot's middle by its radius and the share that is hidden."""
+
+
+class Unseen(ConfigError):
+    """Not all points that are sought are in the first frame.
+
+    Attributes:
+        places_px: (n, 2) of those that are.
+    """
+
+    def __init__(self, message: str, places_px: np.ndarray) -> None:
+        super().__init__(message)
+        self.places_px = places_px
 
 
 @dataclass(frozen=True)

@@ -9,36 +9,26 @@ from typing import Any, Final
 import numpy as np
 import tomlkit
 
-from dolfingrip.channels import PRESSURE, TIME
+from dolfingrip.channels import TIME
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.files import table, whole
 from dolfingrip.tracking.body import Body
-from dolfingrip.tracking.errors import SharedErrors, rms
+from dolfingrip.tracking.errors import SharedErrors, rms, shared
+from dolfingrip.tracking.track import Tracked
 
 MOST_ROWS: Final = 400
 """Rows of a table at most; frames between are left out, as a motion is far slower than a video."""
 
 
-def write(
-    fingers: Mapping[str, tuple[Body, SharedErrors]],
-    frames: Sequence[str],
-    time_s: np.ndarray,
-    control: Mapping[str, np.ndarray],
-    sentences: Sequence[str],
-    out: Path,
-    config: Config,
-) -> list[Path]:
+def write(tracked: Tracked, out: Path, config: Config, stem: str) -> list[Path]:
     """Write a CSV and a TOML for each finger, and all its readings with their errors by frame.
 
     Args:
-        fingers: readings and what their frames share, by the name of the table.
-        frames: names of the frames.
-        time_s: (frames,) by the video's clock; NaN of pictures.
-        control: (frames,) by column, as the pressure; NaN where the log has none.
-        sentences: sentences on what was found, which the TOML has as comments.
+        tracked: what was found.
         out: folder.
         config: that the set-up differs from.
+        stem: name of the table of a single finger.
 
     Returns:
         The CSV files, which ``diagnose`` reads.
@@ -46,27 +36,29 @@ def write(
     Raises:
         ConfigError: one line, if ``diagnose`` could not read them.
     """
-    written = []
-    timed = {TIME.name: time_s} if np.isfinite(time_s).all() else {}
-    for name, (body, errors_of_all) in fingers.items():
+    written, points = [], tracked.watched.points
+    timed = {TIME.name: points.time_s} if np.isfinite(points.time_s).all() else {}
+    control = {**timed, **tracked.control}
+    for i, body in enumerate(tracked.bodies, 1):
+        errors_of_all = shared(body, tracked.camera, tracked.clock)
+        name = f"{stem}_{i}" if len(tracked.bodies) > 1 else stem
         columns = {column: body.readings[column] for column in body.compared}
-        rows = _rows({**timed, **control}, columns)
+        rows = _rows(control, columns)
         csv = out / f"{name}.csv"
-        head = list(rows[0]) if rows else [*timed, *control, *columns]
+        head = list(rows[0]) if rows else [*control, *columns]
         whole.write_together({
             csv: table.lines([dict(zip(head, head, strict=True)), *rows], head),
-            csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, errors_of_all, sentences)),
+            csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, errors_of_all, tracked.told)),
         })  # fmt: skip
         errors = {f"noise_{column}": values for column, values in body.noise.items()}
         errors |= {f"common_{column}": values for column, values in body.common.items()}
-        every = {**timed, **control, **body.readings, **errors}
+        every = {**control, **body.readings, **errors}
         by_frame = [
-            {"frame": frame, **{column: _text(values[i]) for column, values in every.items()}}
-            for i, frame in enumerate(frames)
+            {"frame": frame, **{column: _text(values[n]) for column, values in every.items()}}
+            for n, frame in enumerate(points.names)
         ]
         table.write(out / f"{name}_frames.csv", by_frame)
-        if PRESSURE.name in control:
-            measurement.read([csv], config)
+        measurement.read([csv], config)
         written.append(csv)
     return written
 

@@ -7,23 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from dolfingrip import clock as clocks
-from dolfingrip.channels import ANGLE, PRESSURE, TIME
+from dolfingrip.channels import ANGLE, PRESSURE, TIME, VOLUME
 from dolfingrip.clock import Clock
 from dolfingrip.config import Config
-from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import body as bodies
-from dolfingrip.tracking import plane, table
+from dolfingrip.tracking import plane
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.body import Body
-from dolfingrip.tracking.errors import shared
 from dolfingrip.tracking.plane import Calibration
 from dolfingrip.tracking.points import Watched
 from dolfingrip.tracking.scale import calibrate
+
+STILL: Final = 1.0
+"""A finger of whose points none moves so far (px) may be something else."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ def synchronise(
     Args:
         watched: what was seen.
         fingers: the fingers, whose motion may tell the shift.
-        log: ``time_s``, ``pressure_kPa`` and, where something is told to show in both, ``event``.
+        log: ``time_s``, ``pressure_kPa`` or ``volume_ml``, and ``event``, where something is told
+            to show in both.
         request: what is told.
 
     Raises:
@@ -76,7 +78,8 @@ def synchronise(
         logged = clocks.knock(log_s, log["event"][:, None])
         return clocks.by_events(logged, seen, log_step, step, "a knock")
     motion = fingers[0].readings[ANGLE.name]
-    return clocks.by_motion(log_s, log[PRESSURE.name], time_s, motion)
+    control = log[PRESSURE.name if PRESSURE.name in log else VOLUME.name]
+    return clocks.by_motion(log_s, control, time_s, motion)
 
 
 def understand(
@@ -87,11 +90,11 @@ def understand(
     Args:
         watched: what was seen.
         request: what is told.
-        log: of the pressure; None: states of pictures are told, or nothing.
+        log: of the control; None: states of pictures are told.
         config: of the finger, which has its width.
 
     Raises:
-        ConfigError: one line, where scale, clock or states are missing.
+        ConfigError: one line, where scale or clock are missing.
     """
     width = float(getattr(config.geometry, "width_mm", 20.0))
     if request.family is not None:
@@ -102,24 +105,14 @@ def understand(
         points = watched.points.part(numbers)
         fingers.append(bodies.read(points, camera, request.clamp_px, request.side))
     clock = None
-    control: dict[str, np.ndarray] = {}
+    control = dict(request.states)
     if log is not None:
         clock = synchronise(watched, fingers, log, request)
         at = clock.of(watched.points.time_s)
         inside = (at >= log[TIME.name][0]) & (at <= log[TIME.name][-1])
-        pressure = np.interp(at, log[TIME.name], log[PRESSURE.name])
-        control[PRESSURE.name] = np.where(inside, pressure, np.nan)
-    elif request.states:
-        for name in next(iter(request.states.values())):
-            values = [
-                request.states.get(frame, {}).get(name, np.nan) for frame in watched.points.names
-            ]
-            control[name] = np.array(values)
-    else:
-        raise ConfigError(
-            "nothing tells the pressure of the frames; allowed: --log LOG.csv for a video, "
-            '--states "{pressure_kPa}.jpg" or a table for pictures'
-        )
+        for name in log.keys() - {TIME.name, "event"}:
+            values = np.interp(at, log[TIME.name], log[name])
+            control[name] = np.where(inside, values, np.nan)
     sentences, doubts = _sentences(watched, camera, fingers, clock)
     return Tracked(watched, camera, fingers, clock, control, sentences, doubts)
 
@@ -138,12 +131,11 @@ def _sentences(
     ]
     doubts = [*camera.doubts, *watched.doubts]
     if camera.has_sheet:
-        k1 = f"{camera.mean[plane.K1]:.3f}" if camera.determined(plane.K1) else "not determined"
-        focal = (
-            f"{np.exp(camera.mean[plane.F]):.0f} px"
-            if camera.determined(plane.F)
-            else "not determined"
-        )
+        of_lens = {
+            plane.K1: f"{camera.mean[plane.K1]:.3f}",
+            plane.F: f"{np.exp(camera.mean[plane.F]):.0f} px",
+        }
+        k1, focal = (of_lens[i] if camera.determined(i) else "not determined" for i in of_lens)
         sentences.append(
             f"camera: {camera.tilt_deg:.1f}° from the sheet's normal, focal length {focal}, "
             f"distortion k1 {k1}, corners to {camera.residual_px:.2f} px"
@@ -162,6 +154,9 @@ def _sentences(
                 f"finger {i}: nothing tells where the clamp is (--clamp), so its angle alone is "
                 "compared, as that of the tip's face; it is that of a line, which turns less"
             )
+        way = points.px[:, numbers] - points.px[0, numbers]
+        if np.nanmax(np.abs(way)) < STILL:
+            doubts.append(f"finger {i}: none of its points moves by {STILL:g} {points.unit}")
         if abs(finger.askew_deg) > 3:
             doubts.append(f"finger {i}: at rest it is {finger.askew_deg:.1f}° askew to the sheet")
     if clock is not None:
@@ -172,25 +167,3 @@ def _sentences(
         )
         doubts += [f"clock: {clock.doubt}"] if clock.doubt else []
     return sentences, doubts
-
-
-def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
-    """Write the tables of all fingers and the summary.
-
-    Args:
-        tracked: what was found.
-        out: folder.
-        config: that set-ups differ from.
-        name: of the table of a single finger.
-
-    Returns:
-        The CSV files.
-    """
-    several = len(tracked.bodies) > 1
-    fingers = {
-        f"{name}_{i}" if several else name: (body, shared(body, tracked.camera, tracked.clock))
-        for i, body in enumerate(tracked.bodies, 1)
-    }
-    points = tracked.watched.points
-    frames, control = points.names, tracked.control
-    return table.write(fingers, frames, points.time_s, control, tracked.told, out, config)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import chain
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.sections.errors import ConfigError
-from dolfingrip.tracking import body, dots, order, overlay, scale
+from dolfingrip.tracking import body, dots, order, scale
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.follow import Follower
 from dolfingrip.tracking.frames import FrameSource, Image
@@ -31,26 +29,21 @@ Show = Callable[[int, int], None]
 """Gets the number of frames done, and of all."""
 
 
-def watch(source: FrameSource, request: TrackAsked, out: Path, show: Show) -> Watched:
+def watch(source: FrameSource, request: TrackAsked, show: Show) -> Watched:
     """Go through the frames once and follow the points.
 
     Args:
         source: of the frames.
         request: what is told.
-        out: folder of the picture that is written where nothing is found.
         show: gets the number of frames done, and of all.
 
     Raises:
-        ConfigError: one line with what was seen, and the path of a picture of it.
+        ConfigError: one line with what was seen.
     """
     frames = iter(source)
     first = next(frames)
     sheet = max(SHEETS.values(), key=lambda printed: len(printed.find(first.image)[0]))
-    try:
-        follower, fingers = _begin(first.image, request, sheet)
-    except ConfigError as error:
-        overlay.picture(out / "seen.png", first.image)
-        raise ConfigError(f"{source.name}: {error}; {out / 'seen.png'} shows the frame") from None
+    follower, fingers = _begin(first.image, request, sheet)
     rows: list[Any] = []
     corners: list[tuple[np.ndarray, np.ndarray]] = []
     sought = -np.inf

@@ -98,3 +98,19 @@ def test_a_file_without_columns_says_what_it_has(
     write_5(file := tmp_path / "test.mat", {"p": np.arange(4.0), "angle": np.arange(5.0)})
     assert run_command("import", file, "-o", tmp_path / "out") == 2
     assert "p, angle; allowed: two arrays of one length" in capsys.readouterr().err
+
+
+def test_structures_in_a_row_and_readings_in_a_row(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An array of structures is a table for each; of a matrix the longer side has the readings."""
+    dtype = [(name, object) for name in ("time_s", "pressure_kPa", "angle_deg")]
+    runs = [(TIME_S, 30 * TIME_S, slope * TIME_S) for slope in (12, 15)]
+    content = {"run": np.array(runs, dtype), "wide": np.array(runs[0])}
+    scipy.io.savemat(file := tmp_path / "test.mat", content)
+    command = ("import", file, "-o", tmp_path / "out")
+    assert run_command(*command) == 2
+    assert '"wide: wide column 1, wide column 2, wide column 3"' in capsys.readouterr().err
+    assert run_command(*command, "--sheet", "run 2: time_s, pressure_kPa, angle_deg") == 0
+    table = pd.read_csv(tmp_path / "out" / "test.csv")
+    np.testing.assert_allclose(table["angle_deg"], 15 * TIME_S)

@@ -66,7 +66,7 @@ def test_a_shift_that_is_told_is_taken(logs: tuple[Path, Path], tmp_path: Path) 
          "of the motion at best"),
         ("time [s],angle [deg]\n0,0\n1,5\n2,7\n", (), "or --shift SECONDS"),
         ("time [s],angle [deg]\n0,0\n1,5\n2,7\n", ("--shift", "99"), "allowed: at least 2"),
-        ("time [s],angle [deg]\n0,0\n2,5\n1,7\n", ("--shift", "9"), "in the order of time"),
+        ("time [s],angle [deg]\n0,0\n2,5\n1,7\n", ("--shift", "9"), "line 4: the clock goes back"),
         ("time [s],p2 [kPa]\n0,0\n1,5\n2,7\n", (), "a pressure or travel in one"),
         ("frame,angle [deg]\n0,0\n1,5\n2,7\n", (), "a time in each"),
     ],

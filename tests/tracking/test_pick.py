@@ -167,6 +167,8 @@ def test_dots_are_told_in_one_way(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "film.mp4", [Filmed().frame(arc(bend)) for bend in (0.0, 10.0)])
+    (tmp_path / "log.csv").write_text("time_s,pressure_kPa\n0,0\n1,10\n")
+    told = ("--log", "log.csv", *told)
     found = CliRunner().invoke(app, ["track", "film.mp4", "--pick", *told, "-o", "out"])
     assert isinstance(found.exception, ConfigError)
     assert str(found.exception) == f"--pick: allowed: {said}"

@@ -16,7 +16,7 @@ from support.command import run_command
 from support.filmed import Filmed, write
 
 from dolfingrip.config import ConfigError, load
-from dolfingrip.tracking import body, edges, family, scale, watch
+from dolfingrip.tracking import body, edges, family, scale, show, watch
 from dolfingrip.tracking.asked import TrackAsked
 from dolfingrip.tracking.frames import Frame
 
@@ -99,7 +99,9 @@ def read(
     images: list[np.ndarray], shapes: family.Family, camera: Filmed, out: Path, rate_hz: float
 ) -> body.Body:
     asked = TrackAsked(family=shapes, in_front_mm=camera.front_mm)
-    seen = watch.watch(Frames(images, rate_hz), asked, out, lambda done, total: None)
+    source = Frames(images, rate_hz)
+    with show.beside_refusal(source, out):
+        seen = watch.watch(source, asked, lambda done, total: None)
     assert len(seen.outlines) == len(images)
     calibration = scale.calibrate(seen, asked, SIZE_MM[1] / 2)
     return body.read(seen.points, calibration, None, None)

@@ -142,10 +142,11 @@ def test_the_sheet_is_written_without_a_video(tmp_path: Path) -> None:
         (("--log", "log.csv", "--light", "10,10"), "--light: allowed: with --log and --event"),
         (("--scale", "3,4 = 5"), '--scale "3,4 = 5": allowed: as "312,400 900,402 = 100 mm"'),
         (("--points", "3;4"), '--points "3;4": allowed'),
-        (("--dots", "9"), "6 dots of one colour are seen in the first frame, of 9"),
-        (("--colour", "reddish"), "--colour reddish: allowed: red"),
+        (("--log", "log.csv", "--dots", "9"), "6 dots of one colour are seen in the first frame, "
+         "of 9"),
+        (("--log", "log.csv", "--colour", "reddish"), "--colour reddish: allowed: red"),
         (("--log", "log.csv", "--event", "lamp", "--knock"), "--event lamp: not in"),
-        (("--tags", "36h11"), "0 tags of 36h11 are seen in the first frame"),
+        (("--log", "log.csv", "--tags", "36h11"), "0 tags of 36h11 are seen in the first frame"),
     ],
 )  # fmt: skip
 def test_what_is_missing_is_said_in_a_line(
@@ -169,3 +170,121 @@ def test_a_video_without_scale_is_refused(tmp_path: Path) -> None:
     assert "no printed sheet is seen, and no scale is told; allowed: a sheet" in str(
         found.exception
     )
+
+
+def refused(folder: Path, *told: object) -> str:
+    """The one line by which a command refuses, run in a folder."""
+    found = CliRunner().invoke(app, ["track", *map(str, told), "-o", str(folder), "--no-overlay"])
+    assert isinstance(found.exception, ConfigError), found.exception
+    assert "\n" not in str(found.exception)
+    return str(found.exception)
+
+
+def pictures(folder: Path, names: list[str], states_kPa: list[int]) -> list[Path]:
+    """Pictures of a finger before the sheet, which rests in the first one."""
+    files = [folder / name for name in names]
+    for file, p in zip(files, states_kPa, strict=True):
+        cv2.imwrite(str(file), Filmed().frame(arc(0.5 * p)))
+    return files
+
+
+def test_what_refuses_frames_shows_one_of_them(film: Path, tmp_path: Path) -> None:
+    """Also where all frames have been read, as without a scale or a log that explains them."""
+    camera = Filmed(sheet=False)
+    write(tmp_path / "bare.mp4", [camera.frame(arc(bend)) for bend in (0.0, 10.0, 20.0)])
+    (tmp_path / "still.csv").write_text("time_s,pressure_kPa\n0,10\n2,10\n4,10\n")
+    video, log = film / "film.mp4", film / "log.csv"
+    for number, told in enumerate([
+        (tmp_path / "bare.mp4", "--log", log, "--shift", "0"),
+        (video, "--log", tmp_path / "still.csv"),
+        (video, "--log", log, "--dots", "9"),
+    ]):  # fmt: skip
+        said = refused(out := tmp_path / f"{number}", *told)
+        assert said.endswith(f"; {out / 'seen.png'} shows the first frame")
+        drawn = cv2.imread(str(out / "seen.png"))
+        points = camera.pixels(arc(0.0)) if number == 0 else Filmed().pixels(arc(0.0))
+        u, v = np.round(points[2]).astype(int)
+        ring = drawn[v - 8 : v + 9, u - 8 : u + 9].reshape(-1, 3)
+        assert (np.abs(ring - np.array([255, 120, 0])).max(axis=1) < 60).any()  # of what was found
+
+
+def test_each_place_that_is_told_has_a_dot(film: Path, tmp_path: Path) -> None:
+    """A click beside a dot would make another one the tip."""
+    at = [f"{u:.0f},{v:.0f}" for u, v in Filmed().pixels(arc(0.0))]
+    told = (film / "film.mp4", "--log", film / "log.csv", "--points")
+    said = refused(tmp_path, *told, " ".join([*at[:5], "500,600"]))
+    assert said.startswith("5 dots of one colour are seen in the first frame, of 6")
+    assert refused(tmp_path, *told, " ".join([at[0], at[0], at[1], at[2]])).startswith("3 dots of")
+
+
+def test_black_dots_within_the_frame_of_the_sheet(tmp_path: Path) -> None:
+    """Its black squares touch, so that all within them is within one black thing."""
+    bends, camera = np.linspace(0, 40, 14), Filmed()
+    images = [camera.frame(arc(bend), colour=(60, 60, 60), seed=i) for i, bend in enumerate(bends)]
+    write(tmp_path / "film.mp4", images)
+    at = " ".join(f"{u:.0f},{v:.0f}" for u, v in camera.pixels(arc(0.0)))
+    (tmp_path / "log.csv").write_text("time_s,pressure_kPa\n0,0\n1,80\n")
+    told = ("--log", tmp_path / "log.csv", "--shift", "0", "--points", at, "--in-front", "10")
+    out = tmp_path / "out"
+    assert run_command("track", tmp_path / "film.mp4", *told, "--no-overlay", "-o", out) == 0
+    frames = pd.read_csv(out / "film_frames.csv")
+    assert np.abs(frames["angle_deg"] - [turn_deg(bend) for bend in bends]).max() < 0.5
+
+
+@pytest.mark.parametrize(
+    ("table", "column", "expected"),
+    [
+        ("file;Druck [bar]\n100.jpg;1,0\n20.jpg;0,2\n0.jpg;0\n", "pressure_kPa", [0, 20, 100]),
+        ("file,Volume (mL),who\n0.jpg,0,A\n20.jpg,,A\n100.jpg,1.5,B\n", "volume_ml", [0, 1.5]),
+        ("{pressure_mbar}.jpg", "pressure_kPa", [0, 2, 10]),
+        ("{volume_ul}.jpg", "volume_ml", [0, 0.02, 0.1]),
+    ],
+)
+def test_states_are_columns_as_import_takes_them(
+    table: str, column: str, expected: list[float], tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """Pictures stand in the order of their numbers, where a shell has sorted them by letters."""
+    files = sorted(pictures(tmp_path, ["0.jpg", "20.jpg", "100.jpg"], [0, 20, 100]))
+    (tmp_path / "states.csv").write_text(table)
+    states = table if table.startswith("{") else tmp_path / "states.csv"
+    told = ("--states", states, "--in-front", "10", "--no-overlay", "-o", tmp_path / "out")
+    assert run_command("track", *files, *told) == 0
+    found = pd.read_csv(tmp_path / "out" / "pictures.csv")
+    assert found[column].tolist() == pytest.approx(expected)
+    last = capsys.readouterr().out.strip().splitlines()[-1]
+    assert last == f"dolfingrip diagnose {tmp_path / 'out' / 'pictures.csv'}"
+
+
+@pytest.mark.parametrize(
+    ("states", "words"),
+    [
+        ("{p}.jpg", 'its unit is not told; add --column "p=pressure_kPa"'),
+        ("{number}.jpg", "allowed: pressure (or volume_ml"),
+        ("file,pressure_kPa\n0.jpg,0\n", "not in index"),
+        ("file,pressure_kPa\n0.jpg,0\n20.jpg,1\n20.jpg,2\n", "has every picture once"),
+        ("file,pressure_kPa\n0.jpg,60\n20.jpg,0\n", "the first picture is at 60.0 kPa"),
+        ("file,volume_ml\n0.jpg,0.9\n20.jpg,0\n", "the first picture is at 0.9"),
+    ],
+)
+def test_states_that_are_refused(states: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "states.csv").write_text(states)
+    told = states if states.startswith("{") else tmp_path / "states.csv"
+    files = [tmp_path / "0.jpg", tmp_path / "20.jpg"]
+    for file in files:
+        file.write_bytes(b"")
+    assert words in refused(tmp_path, *files, "--states", told)
+
+
+def test_a_log_of_a_pump_in_two_parts(film: Path, tmp_path: Path) -> None:
+    head, *lines = (film / "log.csv").read_text().replace("Druck [bar]", "Volumen [mL]").split("\n")
+    parts = tmp_path / "a.csv", tmp_path / "b.csv"
+    for part, of_it in zip(parts, (lines[:40], lines[40:]), strict=True):
+        part.write_text("\n".join([head, *of_it]))
+    logs = [f"--log={part}" for part in parts]
+    told = ("--in-front", "10", "--no-overlay", "-o", tmp_path / "out")
+    assert run_command("track", film / "film.mp4", *logs, *told) == 0
+    table = pd.read_csv(tmp_path / "out" / "film.csv")
+    true_ml = pressure_kPa(table["time_s"].to_numpy()) / 100
+    assert np.abs(table["volume_ml"] - true_ml).max() < 0.03
+    assert "the clock goes back" in refused(tmp_path, film / "film.mp4", *logs[::-1])

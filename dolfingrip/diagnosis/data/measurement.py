@@ -472,16 +472,17 @@ def _timed(
     """Rows with times, which follow from the rate if there are no time stamps."""
     if rows["time_s"].notna().all():
         return rows, []
-    if test.by_volume:
-        raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row beside volume_ml")
     controls = rows[list(test.controls)].to_numpy()
     held = (rows["branch"] == "hold").to_numpy()
     change = max(smallest_change(control, test.sigma, policy) for control in controls.T)
     if (held[1:] & held[:-1] & (np.abs(np.diff(controls, axis=0)).max(axis=1) <= change)).any():
         raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
-    rate, doubts = test.setup.rate, []
+    rate, doubts = None if test.by_volume else test.setup.rate, []
     if rate is None:
-        rate, unit = test.configured_rate(base), CHANNELS[CONTROL[test.experiment]].unit
+        rate, unit = test.configured_rate(base), CHANNELS[test.control].unit
+        if test.by_volume:  # the pump takes as long as a ramp to the highest pressure
+            most_kPa = test.applied(base).experiment.max_pressure_kPa
+            rate *= float(np.abs(controls).max() or 1.0) / (most_kPa or 1.0)
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit}/s is assumed"]
     steps = np.max([travel(control, test.sigma, policy) for control in controls.T], axis=0)
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts

@@ -46,7 +46,6 @@ def test_readings_are_those_of_a_run_by_volume(tmp_path: Path, store: Path) -> N
 @pytest.mark.parametrize(
     ("head", "rows", "said"),
     [
-        ("volume_ml,angle_deg", "0,0\n1,5", "time_s: missing; allowed: in each row beside"),
         ("time_s,volume_ml,pressure_kPa,angle_deg", "0,0,0,0\n1,1,5,5", "both told; allowed: what"),
         ("time_s,volume_ml,pressure_kPa,angle_deg", "0,0,,0\n1,,5,5", "line 3: volume_ml: missing"),
     ],
@@ -54,6 +53,16 @@ def test_readings_are_those_of_a_run_by_volume(tmp_path: Path, store: Path) -> N
 def test_a_bad_volume(head: str, rows: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=re.escape(said)):
         measured(tmp_path, head, rows)
+
+
+def test_volumes_without_times_have_those_of_an_ordinary_ramp(tmp_path: Path) -> None:
+    """Photographs have no time: the pump takes as long as a ramp to the highest pressure."""
+    found = measured(tmp_path, "volume_ml,angle_deg", "0,0\n1,5\n2,9\n0,0")
+    experiment = load().experiment
+    ramp_s = experiment.max_pressure_kPa / experiment.rate_kPa_per_s
+    expected = np.array([0, 0.5, 1, 2]) * ramp_s
+    np.testing.assert_allclose(found.readings["time_s"], expected)
+    assert f"{2 / ramp_s:g} ml/s is assumed" in found.warnings[0]
 
 
 def test_a_protocol_of_volumes_needs_volume_control() -> None:
