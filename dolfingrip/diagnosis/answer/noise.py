@@ -51,8 +51,9 @@ def instrument_noise(measurement: Measurement) -> tuple[pd.DataFrame, tuple[Nois
             sources.append(_estimated(measurement, test, name))
             std = sources[-1].std
         drifts = test.setup.correlated_noise.get(name, 0.0)
-        alike = [np.inf if (told := getattr(test.setup, key)) is None else told for key in lasting]
-        noise.loc[part.index] = std, drifts, *alike, test.sigma
+        alike = [getattr(test.setup, key) for key in lasting]
+        within = [np.inf if length is None else length for length in alike]
+        noise.loc[part.index] = std, drifts, *within, test.sigma
     return noise, tuple(dict.fromkeys(sources))
 
 

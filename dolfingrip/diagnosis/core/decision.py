@@ -106,14 +106,15 @@ def _wider(
     for place, (fit, tail) in enumerate(zip(fits, tails, strict=True)):
         alike[len(fit.zeta), len(tail)].append(place)
     for (size, d), places in alike.items():
-        zeta, own = np.array([fits[place].zeta for place in places]), slice(size - d, size)
+        zeta = np.array([fits[place].zeta for place in places])
+        last = slice(size - d, size)
         hessian, tail = (
             np.array([fits[place].hessian for place in places]),
             np.array([tails[place] for place in places]),
         )
-        (old, stiff), (new, soft) = (mixture(zeta[:, own] / w, tail, rare) for w in (1.0, by))
+        (old, stiff), (new, soft) = (mixture(zeta[:, last] / w, tail, rare) for w in (1.0, by))
         relaxed = np.zeros_like(zeta)
-        relaxed[:, own] = stiff - soft / by**2
+        relaxed[:, last] = stiff - soft / by**2
         pull, looser = relaxed * zeta, hessian - relaxed[..., None] * np.eye(size)
         # the numbers follow where the prior pulls less
         followed = (pull * np.linalg.solve(looser, pull[..., None])[..., 0]).sum(axis=1)

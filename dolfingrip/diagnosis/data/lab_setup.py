@@ -217,10 +217,10 @@ class SetupFile:
                 spreads[cls.told.key] = cls.told.as_told(std, value)
         correlated = dict(self.table("noise", "correlated"))
         noise.pop("correlated", None)
-        lasting = {
-            key: self._optional(f"noise.correlated.{key}", correlated.pop(key, None))
+        time_s, length_mm = (
+            self._optional(f"noise.correlated.{key}", correlated.pop(key, None))
             for key in ("correlation_time_s", "correlation_length_mm")
-        }
+        )
         if "specimen_scale" in noise:
             spreads = {"specimen_scale": noise.pop("specimen_scale"), **spreads}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
@@ -232,7 +232,8 @@ class SetupFile:
             self._spreads(
                 "noise.correlated", correlated, (*READING_COLUMNS, *of_markers(correlated))
             ),
-            *lasting.values(),
+            time_s,
+            length_mm,
             usual() | self._spreads("nuisance", spreads, tuple(known_nuisances())),
             self._optional(rate, plain.get(rate)),
             self._optional("max_pressure_kPa", plain.get("max_pressure_kPa")) or math.inf,
