@@ -132,18 +132,21 @@ def _best(
 
 
 def _left(log_s: Floats, control: Floats, time_s: Floats, motion: Floats, shift: float) -> float:
-    """Part of a motion's variance that a control leaves, at a shift."""
+    """Part of a motion's variance that a control leaves, at a shift.
+
+    Outside the log the control is as at its end. Were frames there left out, a shift that leaves
+    out the largest motions would explain what little the others move.
+    """
     at = time_s + shift
-    inside = (at >= log_s[0]) & (at <= log_s[-1])
-    if inside.mean() < POLICY.overlap:
+    if ((at >= log_s[0]) & (at <= log_s[-1])).mean() < POLICY.overlap:
         return 1.0
-    pressure = np.interp(at[inside], log_s, control)
+    pressure = np.interp(at, log_s, control)
     spread = float(pressure.std())
     if spread == 0:
         return 1.0
     table = np.vander((pressure - pressure.mean()) / spread, 4)
-    residual = motion[inside] - table @ np.linalg.lstsq(table, motion[inside], rcond=None)[0]
-    return float(residual.var() / motion.var() / inside.mean())
+    residual = motion - table @ np.linalg.lstsq(table, motion, rcond=None)[0]
+    return float(residual.var() / motion.var())
 
 
 def by_events(

@@ -26,6 +26,9 @@ PLANE: Final = np.array([0, 2])
 
 SHEAR: Final = np.array([[1.0, 0.05], [0.0, 1.0]])
 
+OFF: Final = 0.05
+"""A marker may stand off the side by this part of the finger's length: a ball of motion capture."""
+
 Floats = np.ndarray
 
 Function = Callable[[Floats], tuple[float, Floats]]
@@ -129,12 +132,14 @@ class BackLine:
 class SideLine(BackLine):
     """Points of the finger's side, between whose nodes places are linear.
 
+    A point off its edge turns with what is nearest.
+
     Args:
         model: of a finger.
         places_mm: (n, 2) x and z of the points at rest.
 
     Raises:
-        ConfigError: one line, where a point is not on the side.
+        ConfigError: one line, where a point is not on or near the side.
     """
 
     def __init__(self, model: Model, places_mm: Floats) -> None:
@@ -146,10 +151,12 @@ class SideLine(BackLine):
         first = sum(counts[: self._comm.rank])
         self._rank = slice(first, first + len(self._own))
         side = self._gathered(nodes[self._own][:, PLANE])
-        _, inside = self._triangles(side)
-        if (inside < 0).any():
-            x, z = places_mm[int(np.argmin(inside))]
-            low, high = side.min(axis=0), side.max(axis=0)
+        off = np.array([-1, 1])[:, None] * OFF * np.ptp(box[:, 2])
+        low, high = (np.array([side.min(axis=0), side.max(axis=0)]) + off).round(3)
+        outside = ((places_mm < low) | (places_mm > high)).any(axis=1)
+        outside |= self._triangles(side)[1] < 0
+        if outside.any():
+            x, z = places_mm[int(np.argmax(outside))]
             raise ConfigError(
                 f"camera.markers: [{x:g}, {z:g}] is not on the finger's side; allowed: x from "
                 f"{low[0]:g} to {high[0]:g} mm and z from {low[1]:g} to {high[1]:g} mm"
@@ -159,7 +166,8 @@ class SideLine(BackLine):
         """Triangles between nodes (n, 2) of the side at rest, and the one that each point is in."""
         # a rectangle of nodes has one shorter diagonal then, also where it is changed a little
         triangles = Delaunay(side @ SHEAR)
-        return triangles, triangles.find_simplex(self._places @ SHEAR, tol=LEVEL)
+        nearest = np.clip(self._places, side.min(axis=0), side.max(axis=0))
+        return triangles, triangles.find_simplex(nearest @ SHEAR, tol=LEVEL)
 
     def at(self, shares: Floats) -> _Places:
         """Places of the points with these numbers, (n,)."""
