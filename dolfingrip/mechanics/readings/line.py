@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Final
 
 import numpy as np
-from scipy.spatial import Delaunay
+from scipy.spatial import ConvexHull, Delaunay
 
 from dolfingrip.channels import CURVE, CURVE_PARTS, PRESSURE, curvature, marker
 from dolfingrip.mechanics.model.model import Model, Prescribed
@@ -25,6 +26,9 @@ PLANE: Final = np.array([0, 2])
 """Coordinates of the plane of bending: x and z."""
 
 SHEAR: Final = np.array([[1.0, 0.05], [0.0, 1.0]])
+
+FACING: Final = 0.01
+"""A side's normal has this part at least along y; that of a round body reaches to its back."""
 
 OFF: Final = 0.05
 """A marker may stand off the side by this part of the finger's length: a ball of motion capture."""
@@ -132,7 +136,8 @@ class BackLine:
 class SideLine(BackLine):
     """Points of the finger's side, between whose nodes places are linear.
 
-    A point off its edge turns with what is nearest.
+    The side is what a camera sees along y of the body's convex hull, so that a round one has one. A
+    point off its edge turns with what is nearest.
 
     Args:
         model: of a finger.
@@ -144,14 +149,17 @@ class SideLine(BackLine):
 
     def __init__(self, model: Model, places_mm: Floats) -> None:
         self._model, self._comm, self._places = model, model.comm, places_mm
-        nodes, box = model.nodes_mm, model.box_mm
-        self._own = np.flatnonzero(nodes[:, 1] > box[1, 1] - LEVEL * np.ptp(box[:, 2]))
+        nodes, length = model.nodes_mm, float(np.ptp(model.box_mm[:, 2]))
+        planes = ConvexHull(np.concatenate(self._comm.allgather(nodes))).equations
+        planes = np.unique(planes[planes[:, 1] > FACING].round(9), axis=0)
+        level = reduce(np.maximum, (nodes @ plane[:3] + plane[3] for plane in planes))
+        self._own = np.flatnonzero(level > -LEVEL * length)
         counts = self._comm.allgather(len(self._own))
         self._order = np.arange(sum(counts))
         first = sum(counts[: self._comm.rank])
         self._rank = slice(first, first + len(self._own))
         side = self._gathered(nodes[self._own][:, PLANE])
-        off = np.array([-1, 1])[:, None] * OFF * np.ptp(box[:, 2])
+        off = np.array([-1, 1])[:, None] * OFF * length
         low, high = (np.array([side.min(axis=0), side.max(axis=0)]) + off).round(3)
         outside = ((places_mm < low) | (places_mm > high)).any(axis=1)
         outside |= self._triangles(side)[1] < 0
