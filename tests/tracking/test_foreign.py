@@ -6,6 +6,7 @@ The truth is an arc of constant curvature whose line between the last two points
 from __future__ import annotations
 
 import pickle
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -266,6 +267,8 @@ def test_points_of_another_program_become_a_table(
     np.testing.assert_allclose(frames["angle_deg"][~lost], line_deg()[~lost], atol=0.05)
     assert frames["angle_deg"][lost].isna().all()
     table = pd.read_csv(out / "points.csv")
+    tilt_deg = tomllib.loads((out / "points.toml").read_text())["nuisance"]["camera_tilt_deg"]
+    assert tilt_deg == pytest.approx(1e-4 if write in (write_motive, write_c3d) else 2.0)
     if "--clamp" in options:
         np.testing.assert_allclose(frames["marker_3_x_mm"], -place_mm("tip")[:, 0], atol=0.02)
         np.testing.assert_allclose(frames["marker_3_z_mm"], place_mm("tip")[:, 1], atol=0.02)
