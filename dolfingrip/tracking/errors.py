@@ -48,8 +48,8 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
     """Tell the errors of a calibrated camera.
 
     Without a sheet a tilt is that of a camera which was aimed squarely: a diagnosis names one that
-    is far larger. A motion capture has none. The lens, and whatever else cameras that fit what was seen do to the readings and
-    none of these errors does, is left as noise that all frames share.
+    is far larger. A motion capture has none. The lens, and whatever else cameras that fit what was
+    seen do to the readings and none of these errors does, is left as noise that all frames share.
 
     Args:
         body: readings of a finger.
