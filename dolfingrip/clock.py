@@ -189,13 +189,10 @@ def steps_up(time_s: Floats, values: Floats) -> Floats:
         low, high = np.nanmin(values), np.nanmax(values)
     above = values > (low + high) / 2
     rises = np.flatnonzero(above[1:] & ~above[:-1])
-    times_s = []
-    for i in rises:
-        # a light that goes on within an exposure makes that frame partly bright
-        part = (values[i + 1] - low) / max(high - low, 1e-9)
-        partly = i + 2 < len(values) and part < 0.9
-        times_s.append(time_s[i + 1] if partly else (time_s[i] + time_s[i + 1]) / 2)
-    return np.array(times_s)
+    # a light that goes on within an exposure makes that frame partly bright
+    part = (values[rises + 1] - low) / max(high - low, 1e-9)
+    partly = (rises + 2 < len(values)) & (part < 0.9)
+    return np.where(partly, time_s[rises + 1], (time_s[rises] + time_s[rises + 1]) / 2)
 
 
 def knock(time_s: Floats, values: Floats) -> Floats:

@@ -18,8 +18,9 @@ from dolfingrip.tracking.errors import SharedErrors, rms
 
 MOST_ROWS: Final = 400
 """Rows of a table at most; frames between are left out."""
+
+# part of a control's range from which on it steps between two frames
 STEP: Final = 0.01
-"""Part of a control's range from which on it steps between two frames."""
 
 
 def write(

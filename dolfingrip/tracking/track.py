@@ -139,11 +139,8 @@ def _sentences(
     doubts = [*camera.doubts, *watched.doubts]
     if camera.has_sheet:
         k1 = f"{camera.mean[plane.K1]:.3f}" if camera.determined(plane.K1) else "not determined"
-        focal = (
-            f"{np.exp(camera.mean[plane.F]):.0f} px"
-            if camera.determined(plane.F)
-            else "not determined"
-        )
+        focal_px = np.exp(camera.mean[plane.F])
+        focal = f"{focal_px:.0f} px" if camera.determined(plane.F) else "not determined"
         sentences.append(
             f"camera: {camera.tilt_deg:.1f}° from the sheet's normal, focal length {focal}, "
             f"distortion k1 {k1}, corners to {camera.residual_px:.2f} px"

@@ -255,8 +255,7 @@ def diagnosed(
     analysis = analysis.judged_by_shape()
     most = 2 if quick else analysis.problem.policy.most_fits
     analysis, posterior = refined(analysis, _compared(analysis), say, most)
-    hidden = slips or analysis.not_tried
-    while not hidden and (artefacts := analysis.artefacts(posterior)):
+    while not (slips or analysis.not_tried) and (artefacts := analysis.artefacts(posterior)):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in artefacts)}")
         other = analysis.beside(artefacts)
         log_prior = sum(artefact.log_prior for artefact in artefacts)

@@ -27,11 +27,11 @@ PLANE: Final = np.array([0, 2])
 
 SHEAR: Final = np.array([[1.0, 0.05], [0.0, 1.0]])
 
+# a side's normal has this part at least along y; that of a round body reaches to its back
 FACING: Final = 0.01
-"""A side's normal has this part at least along y; that of a round body reaches to its back."""
 
+# a marker may stand off the side by this part of the finger's length: a ball of motion capture
 OFF: Final = 0.05
-"""A marker may stand off the side by this part of the finger's length: a ball of motion capture."""
 
 Floats = np.ndarray
 
@@ -72,19 +72,23 @@ class BackLine:
         nodes, box = model.nodes_mm, model.box_mm
         length = np.ptp(box[:, 2])
         near = np.abs(nodes[:, :2] - [box[0, 0], 0.0]).max(axis=1) < LEVEL * length
-        self._own = np.flatnonzero(near)
-        every = self._comm.allgather(nodes[self._own, 2])
-        z = np.concatenate(every)
-        self._order = np.argsort(z, kind="stable")
-        first = sum(len(part) for part in every[: self._comm.rank])
-        self._rank = slice(first, first + len(self._own))
+        z = self._listed(np.flatnonzero(near))[:, 1]
         self._degree = int(model.u.function_space.ufl_element().degree)
         covers = len(z) > 2 and np.ptp(z) > (1 - LEVEL) * length
-        if not covers or (len(z) - 1) % self._degree or self._uneven(np.sort(z)):
+        if not covers or (len(z) - 1) % self._degree or self._uneven(z):
             raise ConfigError(
                 "camera.markers, curve: this mesh has no edges along the middle of the back; "
                 "allowed: with mesh.half = true"
             )
+
+    def _listed(self, own: np.ndarray) -> Floats:
+        """Take nodes of this rank for those of the line; x and z at rest of all, by rising z."""
+        every = self._comm.allgather(self._model.nodes_mm[own][:, PLANE])
+        self._own, places = own, np.concatenate(every)
+        self._order = np.argsort(places[:, 1], kind="stable")
+        first = sum(len(part) for part in every[: self._comm.rank])
+        self._rank = slice(first, first + len(own))
+        return places[self._order]
 
     def _uneven(self, z: Floats) -> bool:
         """Tell whether nodes between corners are not in the middle, so that a cell is missing."""
@@ -153,12 +157,7 @@ class SideLine(BackLine):
         planes = ConvexHull(np.concatenate(self._comm.allgather(nodes))).equations
         planes = np.unique(planes[planes[:, 1] > FACING].round(9), axis=0)
         level = reduce(np.maximum, (nodes @ plane[:3] + plane[3] for plane in planes))
-        self._own = np.flatnonzero(level > -LEVEL * length)
-        counts = self._comm.allgather(len(self._own))
-        self._order = np.arange(sum(counts))
-        first = sum(counts[: self._comm.rank])
-        self._rank = slice(first, first + len(self._own))
-        side = self._gathered(nodes[self._own][:, PLANE])
+        side = self._listed(np.flatnonzero(level > -LEVEL * length))
         off = np.array([-1, 1])[:, None] * OFF * length
         low, high = (np.array([side.min(axis=0), side.max(axis=0)]) + off).round(3)
         outside = ((places_mm < low) | (places_mm > high)).any(axis=1)
@@ -314,8 +313,7 @@ class _Distances:
         """
         degree, axis = divmod(number - 1, 2)
         shape = np.polynomial.legendre.Legendre.basis(degree)(2 * self.shares - 1)
-        weights = np.zeros((len(shape), 2))
-        weights[:, axis] = shape * math.sqrt(2 * degree + 1) / len(shape)
+        weights = np.outer(shape * math.sqrt(2 * degree + 1) / len(shape), np.eye(2)[axis])
 
         def function(points: Floats) -> tuple[float, Floats]:
             away, by_places = self._away(points)
