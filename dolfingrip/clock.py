@@ -141,10 +141,7 @@ def _left(log_s: Floats, control: Floats, time_s: Floats, motion: Floats, shift:
     if ((at >= log_s[0]) & (at <= log_s[-1])).mean() < POLICY.overlap:
         return 1.0
     pressure = np.interp(at, log_s, control)
-    spread = float(pressure.std())
-    if spread == 0:
-        return 1.0
-    table = np.vander((pressure - pressure.mean()) / spread, 4)
+    table = np.vander((pressure - pressure.mean()) / (pressure.std() or 1.0), 4)
     residual = motion - table @ np.linalg.lstsq(table, motion, rcond=None)[0]
     return float(residual.var() / motion.var())
 
