@@ -132,18 +132,18 @@ def _best(
 
 
 def _left(log_s: Floats, control: Floats, time_s: Floats, motion: Floats, shift: float) -> float:
-    """Part of a motion's variance that a control leaves, at a shift."""
+    """Part of a motion's variance that a control leaves, at a shift.
+
+    Outside the log the control is as at its end. Were frames there left out, a shift that leaves
+    out the largest motions would explain what little the others move.
+    """
     at = time_s + shift
-    inside = (at >= log_s[0]) & (at <= log_s[-1])
-    if inside.mean() < POLICY.overlap:
+    if ((at >= log_s[0]) & (at <= log_s[-1])).mean() < POLICY.overlap:
         return 1.0
-    pressure = np.interp(at[inside], log_s, control)
-    spread = float(pressure.std())
-    if spread == 0:
-        return 1.0
-    table = np.vander((pressure - pressure.mean()) / spread, 4)
-    residual = motion[inside] - table @ np.linalg.lstsq(table, motion[inside], rcond=None)[0]
-    return float(residual.var() / motion.var() / inside.mean())
+    pressure = np.interp(at, log_s, control)
+    table = np.vander((pressure - pressure.mean()) / (pressure.std() or 1.0), 4)
+    residual = motion - table @ np.linalg.lstsq(table, motion, rcond=None)[0]
+    return float(residual.var() / motion.var())
 
 
 def by_events(
@@ -186,13 +186,10 @@ def steps_up(time_s: Floats, values: Floats) -> Floats:
         low, high = np.nanmin(values), np.nanmax(values)
     above = values > (low + high) / 2
     rises = np.flatnonzero(above[1:] & ~above[:-1])
-    times_s = []
-    for i in rises:
-        # a light that goes on within an exposure makes that frame partly bright
-        part = (values[i + 1] - low) / max(high - low, 1e-9)
-        partly = i + 2 < len(values) and part < 0.9
-        times_s.append(time_s[i + 1] if partly else (time_s[i] + time_s[i + 1]) / 2)
-    return np.array(times_s)
+    # a light that goes on within an exposure makes that frame partly bright
+    part = (values[rises + 1] - low) / max(high - low, 1e-9)
+    partly = (rises + 2 < len(values)) & (part < 0.9)
+    return np.where(partly, time_s[rises + 1], (time_s[rises] + time_s[rises + 1]) / 2)
 
 
 def knock(time_s: Floats, values: Floats) -> Floats:

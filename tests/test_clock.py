@@ -78,3 +78,19 @@ def test_a_knock_tells_it_too() -> None:
     places = np.column_stack([20 * np.sin(time_s + i) for i in range(4)])
     places[45:] += 3.0
     assert clock.knock(time_s, places) == pytest.approx(time_s[45], abs=1 / 30)
+
+
+def test_frames_outside_the_log_are_not_left_out_of_what_it_has_to_explain() -> None:
+    """Steps up with vents between, whose largest ones a wrong shift puts behind the log's end."""
+    time_s = np.arange(0.0, 20.5, 0.01)
+    log_s = np.arange(0.0, 24.7, 0.05)
+    levels = [0, 8, 0, 16, 0, 24, 0, 30, 0, 34, 0]
+
+    def steps(at: np.ndarray) -> np.ndarray:
+        return np.array(levels)[np.clip(((at - 0.5) // 2 + 1).astype(int), 0, 10)].astype(float)
+
+    followed = np.zeros(len(time_s))
+    for i, now in enumerate(steps(time_s)[1:]):
+        followed[i + 1] = followed[i] + (now - followed[i]) * 0.01 / 0.2
+    found = clock.by_motion(log_s, steps(log_s - 3.2), time_s, followed**4)
+    assert found.shift_s == pytest.approx(3.2, abs=1.645 * found.std_s)

@@ -487,6 +487,9 @@ def cautions(result: DiagnosisFile) -> list[str]:
 
 def _limits(result: DiagnosisFile) -> Iterator[tuple[str, str]]:
     """Iterate over what limits the answer, the gravest first: in few words, and on the page."""
+    if result.not_tried:
+        names = ", ".join(result.not_tried)
+        yield f"--quick left out {len(result.not_tried)} causes", f"--quick left out {names}"
     for test in result.not_reached:
         yield "some readings are not reached", test
     for channel in result.misfit:
@@ -503,9 +506,6 @@ def _limits(result: DiagnosisFile) -> Iterator[tuple[str, str]]:
         yield f"without {who} it may differ", f"{apart}; {other}"
     for name, why in result.failed.items():
         yield f"{name} could not be tried", f"{name} could not be tried: {why}"
-    if result.not_tried:
-        names = ", ".join(result.not_tried)
-        yield f"--quick left out {len(result.not_tried)} causes", f"--quick left out {names}"
     if result.artefacts:
         yield "artefacts of instruments are taken out", ""
     if result.gain_claimed is False:

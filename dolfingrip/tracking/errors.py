@@ -53,8 +53,8 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
     """Tell the errors of a calibrated camera.
 
     Without a sheet a tilt is that of a camera which was aimed squarely: a diagnosis names one that
-    is far larger. The lens, and whatever else cameras that fit what was seen do to the readings and
-    none of these errors does, is left as noise that all frames share.
+    is far larger. A motion capture has none. The lens, and whatever else cameras that fit what was
+    seen do to the readings and none of these errors does, is left as noise that all frames share.
 
     Args:
         body: readings of a finger.
@@ -62,7 +62,7 @@ def shared(body: Body, calibration: Calibration, clock: Clock | None) -> SharedE
         clock: that brought a log to the video; None: without a log.
     """
     camera, stds, mm_per_px = Camera(), dict[str, float](), 0.0
-    stds["camera_tilt_deg"] = calibration.axis_std_deg if calibration.has_sheet else AIMED_DEG
+    stds["camera_tilt_deg"] = min(calibration.axis_std_deg, AIMED_DEG)
     if ANGLE.name in body.compared:
         stds["camera_zero_deg"] = rms(body.noise[ANGLE.name])
     if clock is not None:

@@ -18,7 +18,10 @@ from dolfingrip.tracking.errors import SharedErrors, rms, shared
 from dolfingrip.tracking.track import Tracked
 
 MOST_ROWS: Final = 400
-"""Rows of a table at most; frames between are left out, as a motion is far slower than a video."""
+"""Rows of a table at most; frames between are left out."""
+
+# part of a control's range from which on it steps between two frames
+STEP: Final = 0.01
 
 
 def write(tracked: Tracked, out: Path, config: Config, stem: str) -> list[Path]:
@@ -66,11 +69,21 @@ def write(tracked: Tracked, out: Path, config: Config, stem: str) -> list[Path]:
 def _rows(
     control: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]
 ) -> list[dict[str, str]]:
-    """The frames that have a control and any reading, as many as a table takes."""
+    """The frames that have a control and any reading, as many as a table takes.
+
+    Half of them stand at equal times, the others at both sides of steps of a control: it is linear
+    between two rows, so what is left out of a step would be a ramp, and its end a lag.
+    """
     there = np.isfinite(np.array(list(control.values()))).all(axis=0)
     there &= np.isfinite(np.array(list(columns.values()))).any(axis=0)
     kept = np.flatnonzero(there)
-    kept = kept[:: -(-len(kept) // MOST_ROWS) or 1]
+    if len(kept) > MOST_ROWS:
+        values = np.array([value[kept] / (np.ptp(value[kept]) or 1) for value in control.values()])
+        change = np.abs(np.diff(values)).max(axis=0)
+        steps = change.argsort()[-MOST_ROWS // 4 :]
+        steps = steps[change[steps] > STEP]
+        equal = np.arange(0, len(kept), -(-2 * len(kept) // MOST_ROWS))
+        kept = kept[np.unique([*equal, *steps, *steps + 1])]
     every = {**control, **columns}
     return [{name: _text(values[i]) for name, values in every.items()} for i in kept]
 

@@ -73,13 +73,13 @@ def measured(roles: Roles, wanted: MeshRequest) -> WallSizes:
     def number(size_mm: float) -> float:
         return float(volume / (policy.filled * size_mm**3))
 
-    most = policy.most_by_wall * wall.mm
+    most = float(f"{policy.most_by_wall * wall.mm:.3g}")  # as a refusal tells it
     if wanted.size_mm is not None:
         size = wanted.size_mm
         if size > most:
             raise MeshError(
                 f"--size-mm {size:g}: too large for a wall of {wall.mm:.3g} mm at {at}; "
-                f"allowed: above 0 and up to {most:.3g} mm"
+                f"allowed: above 0 and up to {most:g} mm"
             )
     else:
         width = np.ptp(surface.points[surface.triangles].reshape(-1, 3), axis=0)[:2].min()

@@ -456,6 +456,21 @@ def test_points_of_the_side_stay_near_the_back() -> None:
         compute(Request.of("bending", changed(Config(), {**SMALL, "camera.markers": [[9, 50]]})))
 
 
+def test_a_ball_off_the_side_turns_with_what_is_nearest() -> None:
+    """At the back's edge and 1 mm off it; by a camera's noise every marker may seem to be off."""
+    there = [[0.0, 20.0], [-1.0, 20.0], [0.0, 21.0]]
+    asked = changed(Config(), {**SMALL, "camera.markers": there})
+    names = [f"marker_{i}_{axis}_mm" for i in (1, 2, 3) for axis in "xz"]
+    places = (Place("pressure_kPa", 0.0), Place("pressure_kPa", 40.0))
+    found = compute(Request.of("bending", asked, None, columns=names, places=places))
+    rest, bent = np.array([found.columns[each] for each in names]).T.reshape(2, 3, 2)
+    np.testing.assert_allclose(rest, there, atol=1e-9)
+    along, off = bent[2] - bent[0], bent[0] - bent[1]
+    turn = np.arctan2(-along[0], along[1])
+    assert turn > np.radians(1)
+    np.testing.assert_allclose(off, [np.cos(turn), np.sin(turn)], atol=0.05)
+
+
 @pytest.mark.parametrize("markers", [3, [[1, 5], [1, 9], [1, 20]]])
 def test_markers_are_columns_on_request(markers: object) -> None:
     plain = columns(Bending(), (), Config())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,11 @@ from support import blind_coupons
 from support.delivered import delivered
 from support.hidden_coupon import Truth
 from support.softening_coupons import TRAVEL_mm, diagnosed, force_N, measured
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.diagnosis import diagnosed as of
+from dolfingrip.diagnosis.screening import analyse, simulator_of
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 BEFORE, AFTER = 9, 10
 """Rows of each test between which something slips."""
@@ -38,6 +44,19 @@ def test_a_jump_is_told_and_a_cause_is_named_beside_it(tmp_path: Path, who: str)
     # 0.5 N of some 18 N; a slip of the travel changes a softer coupon's force by less
     assert change[change != 0] == pytest.approx(-0.5, abs=0.15)
     assert found.decision.first[0] == "mooney_rivlin"
+
+
+def test_none_stands_for_a_cause_that_was_left_out(tmp_path: Path) -> None:
+    """Where a finger keeps a set, a quick diagnosis has no cause for it, and jumps would do."""
+
+    def slipped(name: str, travel_mm: np.ndarray) -> np.ndarray:
+        return -0.5 * (travel_mm > TRAVEL_mm[BEFORE] + 1e-6)
+
+    read, config = measured(tmp_path, {}, jumped=slipped), Config()
+    causes = [cause for cause in unknowns(read, config) if cause.name in ("mooney_rivlin", "yeoh")]
+    analysis = analyse(simulator_of(read, config, None), causes)
+    assert of(analysis, config).artefacts
+    assert not of(replace(analysis, not_tried=("permanent_set",)), config).artefacts
 
 
 def test_none_where_readings_scatter(tmp_path: Path) -> None:

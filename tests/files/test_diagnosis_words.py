@@ -187,6 +187,14 @@ ANSWERS: dict[str, tuple[DiagnosisFile, str, str]] = {
         "Probability 0.92 that nothing else is off, too little to claim it: not every cause was "
         "tried; --quick left out 2 causes.",
     ),
+    "quick, not reached": (
+        told(verdict("cause", "mooney_rivlin", claimed=False), C01, EXTENDED, causes=(SOFTENS,),
+             quick=True, not_tried=("prony", "mullins"), not_reached=("bending: a limit point",)),
+        "Softening at moderate strain (mooney_rivlin): extensions.mooney_rivlin.C01_MPa = 1.29 MPa "
+        "(0.94 to 1.52): `--config out/diagnosis/extended.toml`",
+        "Not enough to claim it: probability 0.92: it explains all of what the model misses; "
+        "--quick left out 2 causes; some readings are not reached.",
+    ),
     "not reached": (
         told(verdict("none"), not_reached=("bending of A (lab.csv): a limit point",)),
         "The material is 4.3 times softer than configured: material.mu_MPa = 0.675 MPa (0.641 to "

@@ -166,6 +166,7 @@ def test_a_table_of_three_supplies_is_told_how_to_name_them(tmp_path: Path) -> N
         (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "not readable as a MAT or HDF5 file"),
         (b"\x89HDF\r\n\x1a\n", "not readable as a MAT or HDF5 file"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of Excel 97 to 2003"),
+        (b"\x02P\x05\x00\x00\x00\x01\x00", "`dolfingrip track` takes them, and a table"),
     ],
 )
 def test_files_that_are_no_text_are_named(beginning: bytes, said: str, tmp_path: Path) -> None:

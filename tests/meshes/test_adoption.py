@@ -41,8 +41,10 @@ def test_the_volumes_of_a_tube(tmp_path: Path, closed: bool) -> None:
 
 def test_a_wall_too_thin_for_its_mesh(tmp_path: Path) -> None:
     file = tube(tmp_path / "tube.step")
-    with pytest.raises(MeshError, match=r"--size-mm 9: too large for a wall of 2\.\d+ mm"):
+    with pytest.raises(MeshError, match=r"--size-mm 9: too large for a wall of 2\.\d+ mm") as error:
         adopt(file, Asked(), MeshRequest(size_mm=9.0))
+    most = float(str(error.value).split()[-2])
+    assert adopt(file, Asked(), MeshRequest(size_mm=most)).measured.size_mm == most
 
 
 def test_a_file_that_is_no_part(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ The truth is an arc of constant curvature whose line between the last two points
 from __future__ import annotations
 
 import pickle
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -266,6 +267,8 @@ def test_points_of_another_program_become_a_table(
     np.testing.assert_allclose(frames["angle_deg"][~lost], line_deg()[~lost], atol=0.05)
     assert frames["angle_deg"][lost].isna().all()
     table = pd.read_csv(out / "points.csv")
+    tilt_deg = tomllib.loads((out / "points.toml").read_text())["nuisance"]["camera_tilt_deg"]
+    assert tilt_deg == pytest.approx(1e-4 if write in (write_motive, write_c3d) else 2.0)
     if "--clamp" in options:
         np.testing.assert_allclose(frames["marker_3_x_mm"], -place_mm("tip")[:, 0], atol=0.02)
         np.testing.assert_allclose(frames["marker_3_z_mm"], place_mm("tip")[:, 1], atol=0.02)
@@ -287,6 +290,22 @@ def test_the_clamp_and_the_points_may_be_names(log: Path, tmp_path: Path) -> Non
     frames = pd.read_csv(out / "points_frames.csv")
     np.testing.assert_allclose(frames["marker_3_x_mm"], -place_mm("tip")[:, 0], atol=0.02)
     assert "marker_4_x_mm" not in frames
+
+
+def test_a_long_table_keeps_both_sides_of_a_step(tmp_path: Path) -> None:
+    """A step of 30 ms at 100 Hz, in a record of which most frames are left out."""
+    time_s = np.arange(3000) / 100
+    kpa = np.interp(time_s, [11.11, 11.14, 21.11, 21.12], [0, 40, 40, 0])
+    points = {"time (s)": time_s, "base_x [mm]": 0.0, "base_y [mm]": 0.0, "mid_y [mm]": -50.0}
+    points |= {"mid_x [mm]": kpa / 40, "tip_x [mm]": kpa / 10, "tip_y [mm]": -100.0}
+    pd.DataFrame(points).to_csv(file := tmp_path / "points.csv", index=False)
+    log = tmp_path / "log.csv"
+    pd.DataFrame({"time_s": time_s, "pressure_kPa": kpa}).to_csv(log, index=False)
+    assert run_command("track", file, "--log", log, "--shift", "0", "-o", tmp_path / "out") == 0
+    table = pd.read_csv(tmp_path / "out" / "points.csv")
+    assert len(table) < 400
+    between = np.interp(time_s, table["time_s"], table["pressure_kPa"])
+    np.testing.assert_allclose(between, kpa, atol=1e-3)
 
 
 def _empty(file: Path) -> None:

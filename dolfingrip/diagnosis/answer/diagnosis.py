@@ -243,7 +243,8 @@ def diagnosed(
     Args:
         analysis: readings with all that could explain them.
         config: the model that is diagnosed.
-        slips: doubts about the data. Artefacts would stand for a slip, so none are looked for.
+        slips: doubts about the data. Artefacts would stand for a slip, or for a cause that was left
+            out, so none are looked for.
         quick: verify no claim that would take long.
         say: told what is being done.
 
@@ -254,7 +255,7 @@ def diagnosed(
     analysis = analysis.judged_by_shape()
     most = 2 if quick else analysis.problem.policy.most_fits
     analysis, posterior = refined(analysis, _compared(analysis), say, most)
-    while not slips and (artefacts := analysis.artefacts(posterior)):
+    while not (slips or analysis.not_tried) and (artefacts := analysis.artefacts(posterior)):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in artefacts)}")
         other = analysis.beside(artefacts)
         log_prior = sum(artefact.log_prior for artefact in artefacts)

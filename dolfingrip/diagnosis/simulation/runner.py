@@ -32,7 +32,8 @@ def request(
     """Ask for an experiment as a diagnosis simulates it.
 
     States beyond a snap are not what was measured up to there, and cost most of the time. How far a
-    path goes beyond its last stop is never read.
+    path goes beyond its last stop is never read. The shortest step is a part of the largest
+    pressure: a soft finger balloons within what is a short step of a stiff one.
 
     Args:
         experiment: its name.
@@ -47,7 +48,8 @@ def request(
     Raises:
         ConfigError: one line, where the configuration cannot have the experiment's settings.
     """
-    shortest = max(config.solver.min_step_kPa, 0.125 * config.solver.max_step_kPa)
+    reach = 0.125 * max(map(abs, config.protocol.pressure_kPa), default=float("inf"))
+    shortest = max(config.solver.min_step_kPa, 0.125 * min(config.solver.max_step_kPa, reach))
     plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
     columns = (TIME.name, CONTROL[experiment], *(read or READINGS[experiment]))
     return Request.of(experiment, plain, gradients or None, columns=columns, mesh_check=mesh_check)

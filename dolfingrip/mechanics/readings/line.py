@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Final
 
 import numpy as np
-from scipy.spatial import Delaunay
+from scipy.spatial import ConvexHull, Delaunay
 
 from dolfingrip.channels import CURVE, CURVE_PARTS, PRESSURE, curvature, marker
 from dolfingrip.mechanics.model.model import Model, Prescribed
@@ -25,6 +26,12 @@ PLANE: Final = np.array([0, 2])
 """Coordinates of the plane of bending: x and z."""
 
 SHEAR: Final = np.array([[1.0, 0.05], [0.0, 1.0]])
+
+# a side's normal has this part at least along y; that of a round body reaches to its back
+FACING: Final = 0.01
+
+# a marker may stand off the side by this part of the finger's length: a ball of motion capture
+OFF: Final = 0.05
 
 Floats = np.ndarray
 
@@ -65,19 +72,23 @@ class BackLine:
         nodes, box = model.nodes_mm, model.box_mm
         length = np.ptp(box[:, 2])
         near = np.abs(nodes[:, :2] - [box[0, 0], 0.0]).max(axis=1) < LEVEL * length
-        self._own = np.flatnonzero(near)
-        every = self._comm.allgather(nodes[self._own, 2])
-        z = np.concatenate(every)
-        self._order = np.argsort(z, kind="stable")
-        first = sum(len(part) for part in every[: self._comm.rank])
-        self._rank = slice(first, first + len(self._own))
+        z = self._listed(np.flatnonzero(near))[:, 1]
         self._degree = int(model.u.function_space.ufl_element().degree)
         covers = len(z) > 2 and np.ptp(z) > (1 - LEVEL) * length
-        if not covers or (len(z) - 1) % self._degree or self._uneven(np.sort(z)):
+        if not covers or (len(z) - 1) % self._degree or self._uneven(z):
             raise ConfigError(
                 "camera.markers, curve: this mesh has no edges along the middle of the back; "
                 "allowed: with mesh.half = true"
             )
+
+    def _listed(self, nodes: np.ndarray) -> Floats:
+        """Take nodes of this rank for those of the line; x and z at rest of all, by rising z."""
+        every = self._comm.allgather(self._model.nodes_mm[nodes][:, PLANE])
+        self._own, places = nodes, np.concatenate(every)
+        self._order = np.argsort(places[:, 1], kind="stable")
+        first = sum(len(part) for part in every[: self._comm.rank])
+        self._rank = slice(first, first + len(nodes))
+        return places[self._order]
 
     def _uneven(self, z: Floats) -> bool:
         """Tell whether nodes between corners are not in the middle, so that a cell is missing."""
@@ -129,27 +140,30 @@ class BackLine:
 class SideLine(BackLine):
     """Points of the finger's side, between whose nodes places are linear.
 
+    The side is what a camera sees along y of the body's convex hull, so that a round one has one. A
+    point off its edge turns with what is nearest.
+
     Args:
         model: of a finger.
         places_mm: (n, 2) x and z of the points at rest.
 
     Raises:
-        ConfigError: one line, where a point is not on the side.
+        ConfigError: one line, where a point is not on or near the side.
     """
 
     def __init__(self, model: Model, places_mm: Floats) -> None:
         self._model, self._comm, self._places = model, model.comm, places_mm
-        nodes, box = model.nodes_mm, model.box_mm
-        self._own = np.flatnonzero(nodes[:, 1] > box[1, 1] - LEVEL * np.ptp(box[:, 2]))
-        counts = self._comm.allgather(len(self._own))
-        self._order = np.arange(sum(counts))
-        first = sum(counts[: self._comm.rank])
-        self._rank = slice(first, first + len(self._own))
-        side = self._gathered(nodes[self._own][:, PLANE])
-        _, inside = self._triangles(side)
-        if (inside < 0).any():
-            x, z = places_mm[int(np.argmin(inside))]
-            low, high = side.min(axis=0), side.max(axis=0)
+        nodes, length = model.nodes_mm, float(np.ptp(model.box_mm[:, 2]))
+        planes = ConvexHull(np.concatenate(self._comm.allgather(nodes))).equations
+        planes = np.unique(planes[planes[:, 1] > FACING].round(9), axis=0)
+        level = reduce(np.maximum, (nodes @ plane[:3] + plane[3] for plane in planes))
+        side = self._listed(np.flatnonzero(level > -LEVEL * length))
+        off = np.array([-1, 1])[:, None] * OFF * length
+        low, high = (np.array([side.min(axis=0), side.max(axis=0)]) + off).round(3)
+        outside = ((places_mm < low) | (places_mm > high)).any(axis=1)
+        outside |= self._triangles(side)[1] < 0
+        if outside.any():
+            x, z = places_mm[int(np.argmax(outside))]
             raise ConfigError(
                 f"camera.markers: [{x:g}, {z:g}] is not on the finger's side; allowed: x from "
                 f"{low[0]:g} to {high[0]:g} mm and z from {low[1]:g} to {high[1]:g} mm"
@@ -159,7 +173,8 @@ class SideLine(BackLine):
         """Triangles between nodes (n, 2) of the side at rest, and the one that each point is in."""
         # a rectangle of nodes has one shorter diagonal then, also where it is changed a little
         triangles = Delaunay(side @ SHEAR)
-        return triangles, triangles.find_simplex(self._places @ SHEAR, tol=LEVEL)
+        nearest = np.clip(self._places, side.min(axis=0), side.max(axis=0))
+        return triangles, triangles.find_simplex(nearest @ SHEAR, tol=LEVEL)
 
     def at(self, shares: Floats) -> _Places:
         """Places of the points with these numbers, (n,)."""
@@ -298,8 +313,7 @@ class _Distances:
         """
         degree, axis = divmod(number - 1, 2)
         shape = np.polynomial.legendre.Legendre.basis(degree)(2 * self.shares - 1)
-        weights = np.zeros((len(shape), 2))
-        weights[:, axis] = shape * math.sqrt(2 * degree + 1) / len(shape)
+        weights = np.outer(shape * math.sqrt(2 * degree + 1) / len(shape), np.eye(2)[axis])
 
         def function(points: Floats) -> tuple[float, Floats]:
             away, by_places = self._away(points)

@@ -51,6 +51,19 @@ def test_a_fingers_key_is_of_its_geometry_films_and_camera() -> None:
     assert len(set(made)) == 1 + len(other)
 
 
+def test_the_shortest_step_is_a_part_of_the_largest_pressure() -> None:
+    """An arm of silicone that balloons at 34 kPa is followed from 24 to 30 kPa, and beyond."""
+
+    def shortest(*kpa: float) -> float:
+        protocol = {"time_s": [*map(float, range(len(kpa)))], "pressure_kPa": [*kpa]}
+        return request("bending", load(None).changed(protocol=protocol)).config.solver.min_step_kPa
+
+    assert shortest(0.0, 24.0, 30.0, 34.0) < 1.0
+    assert shortest(0.0, -30.0) == shortest(0.0, 30.0)
+    assert shortest(0.0, 250.0) == shortest(0.0, 500.0) == coupon().config.solver.min_step_kPa
+    assert shortest(0.0, 0.0) == load(None).solver.min_step_kPa
+
+
 def test_what_is_in_the_store_is_not_computed_again(tmp_path: Path) -> None:
     """By a worker of its own, then in this process, which would enter another worker."""
     job = coupon(gradients=("material.mu_MPa",))
