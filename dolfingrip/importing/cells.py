@@ -727,7 +727,8 @@ def _sign(texts: Iterable[str], separator: str, settings: Told) -> str:
     if not signs:
         odd = [cell for cell in signed if not any(r.fullmatch(cell) for r in _BY_SIGN.values())]
         raise ConfigError(
-            f"{[*odd, *signed][0]}: points and commas without a rule; allowed: one decimal sign"
+            f"its numbers have points and commas without a rule, as {[*odd, *signed][0]}; "
+            "allowed: one decimal sign"
         )
     if any(re.fullmatch(r"[+\-−]?\d{4,}([.,]\d+)?", cell) for cell in numbers):
         return "." if any("." in cell for cell in signed) else ","  # no thousands are grouped

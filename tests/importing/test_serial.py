@@ -87,7 +87,7 @@ def test_messages_and_lines_that_are_cut_off_are_no_readings(tmp_path: Path) -> 
 def test_a_number_that_is_two_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "board.txt").write_text("1.21\n2.4\n8.479.68\n6.0\n7.2")
     assert run_command("import", tmp_path / "board.txt", "-o", tmp_path / "out") == 2
-    assert "8.479.68: points and commas without a rule" in capsys.readouterr().err
+    assert "points and commas without a rule, as 8.479.68;" in capsys.readouterr().err
 
 
 def test_rows_that_are_merged_with_the_one_above_are_one_row(tmp_path: Path) -> None:
