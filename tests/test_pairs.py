@@ -86,11 +86,11 @@ def arguments(command: str, folder: Path) -> list[str | Path]:
         return ["--start", "100", "--resolution", "100", "--highest", "200", *out]
     curve = folder / "curve.csv"
     curve.write_text("time_s,pressure_kPa\n0,0\n1,20\n2,20\n", encoding="utf-8")
-    varied = ["--parameter", "material.mu_MPa=2:3:2"]
+    varied, film = ["--parameter", "material.mu_MPa=2:3:2"], EXAMPLES / "film"
     return {
         "config": [], "export": [folder / "finger.stl"], "doe": [*varied, *out],
         "explore": [*varied, *out], "supply": [curve, *out],
-        "track": [EXAMPLES / "film" / "finger.mp4", "--silhouette", *out],
+        "track": [film / "finger.mp4", "--silhouette", "--log", film / "log.csv", *out],
     }.get(command, out)  # fmt: skip
 
 
