@@ -90,7 +90,7 @@ def main() -> Found:
     """Fit both laws to the readings up to a stretch of 4."""
     data = coupons.read(COUPON, MAX_STRETCH)
     (fittable,) = LopezPamies.fits
-    law = Law(fittable, tuple(f"material.{key}" for key in fittable.keys), LopezPamies)
+    law = Law(fittable, LopezPamies)
     new = fit(law, data)
     at_two = stress(law, "uniaxial", np.array([2.0]), new.values)
     return Found(new, fit(LAWS["neo-hooke"], data), float(at_two[0]))
