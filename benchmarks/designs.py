@@ -202,8 +202,8 @@ def _intersects(problem: Problem, trial: Trial, out: Path) -> str:
     All triangles of the boundary are looked at in each state of the load path, by a search of its
     own: the model's contact sees the skin alone.
     """
-    simulate(str(problem.objective.experiment), trial.shape.config, out=out / "checked")
-    fields = report.read(out / "checked" / "fields.pvd")
+    states = simulate(str(problem.objective.experiment), trial.shape.config, out=out / "checked")
+    fields = report.read(out / "checked" / "fields.pvd", len(states))
     skin = extract_skin(fields.mesh)
     for displacement in fields.displacements:
         try:
