@@ -65,6 +65,9 @@ def finger(number: int) -> Config:
     """The model that is diagnosed, on so few elements that it takes seconds.
 
     It has two bellows; eight where a tilt is hidden, as that is seen where a finger bends far.
+
+    Args:
+        number: of the video.
     """
     length = small.short if HIDDEN[number] else small.coarse
     return length(

@@ -256,10 +256,8 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
             by_prior = kind == "prior"  # else as strong as is usual
             wider = 2.0 if wide else 1.0
             if by_prior:
-                width = np.where(
-                    rng.random(len(cause.numbers)) < Policy().rare,
-                    [number.tail for number in cause.numbers], 1.0,
-                )  # fmt: skip
+                tail = bench.plain.problem.tail((name,))
+                width = np.where(rng.random(len(tail)) < Policy().rare, tail, 1.0)
                 own = truncated(rng, cause.box(), width)
             else:
                 own = ordinary(rng, cause, wider)

@@ -92,7 +92,11 @@ class FingerReadings(QuantitySource):
 
 
 def by_experiment(wanted: Sequence[Quantity]) -> dict[str, list[Quantity]]:
-    """Quantities by the experiment that gives them."""
+    """Sort quantities by the experiment that gives them.
+
+    Args:
+        wanted: the quantities; experiments stand in their order.
+    """
     quantities: dict[str, list[Quantity]] = {}
     for quantity in wanted:
         quantities.setdefault(str(quantity.experiment), []).append(quantity)

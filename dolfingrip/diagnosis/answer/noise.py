@@ -40,20 +40,20 @@ def instrument_noise(measurement: Measurement) -> tuple[pd.DataFrame, tuple[Nois
         laboratory does not tell.
     """
     listed = measurement.listed
-    lasting = ["correlation_time_s", "correlation_length_mm"]
-    columns = ["independent", "correlated", *lasting, "control"]
+    columns = [
+        "independent", "correlated", "correlation_time_s", "correlation_length_mm", "control"
+    ]  # fmt: skip
     noise = pd.DataFrame(0.0, index=listed.index, columns=columns)
     sources: list[NoiseSource] = []
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
         test, name = measurement.tests[int(number)], str(column)
-        std = test.setup.noise.get(name)
+        setup, std = test.setup, test.setup.noise.get(name)
         if std is None:
             sources.append(_estimated(measurement, test, name))
             std = sources[-1].std
-        drifts = test.setup.correlated_noise.get(name, 0.0)
-        alike = [getattr(test.setup, key) for key in lasting]
-        within = [np.inf if length is None else length for length in alike]
-        noise.loc[part.index] = std, drifts, *within, test.sigma
+        lasting = setup.correlation_time_s, setup.correlation_length_mm
+        drifts = setup.correlated_noise.get(name, 0.0)
+        noise.loc[part.index] = std, drifts, *lasting, test.sigma
     return noise, tuple(dict.fromkeys(sources))
 
 

@@ -108,10 +108,8 @@ def _wider(
     for (size, d), places in alike.items():
         zeta = np.array([fits[place].zeta for place in places])
         last = slice(size - d, size)
-        hessian, tail = (
-            np.array([fits[place].hessian for place in places]),
-            np.array([tails[place] for place in places]),
-        )
+        hessian = np.array([fits[place].hessian for place in places])
+        tail = np.array([tails[place] for place in places])
         (old, stiff), (new, soft) = (mixture(zeta[:, last] / w, tail, rare) for w in (1.0, by))
         relaxed = np.zeros_like(zeta)
         relaxed[:, last] = stiff - soft / by**2

@@ -176,7 +176,11 @@ class InferenceProblem:
         return replace(self, impossible=self.impossible | {causes})
 
     def simulated(self, causes: Iterable[str]) -> list[Unknown]:
-        """Numbers that simulations of some causes are functions of."""
+        """Numbers that simulations of some causes are functions of, the model's own first.
+
+        Args:
+            causes: their names.
+        """
         numbers = [number for name in causes for number in self.numbers[name]]
         return [*self.always[: self.simulated_count], *numbers]
 

@@ -259,7 +259,7 @@ def mixture(
 
     Args:
         zeta: numbers by the standard deviation of the ordinary part, shape (..., d).
-        tail: standard deviation of the wide part of each, shape (d,); 1 where there is none.
+        tail: standard deviation of the wide part of each, (..., d) or (d,); 1 where none is wide.
         rare: probability of the wide part.
 
     Returns:

@@ -94,8 +94,8 @@ class LabSetup:
         sections: values that differ from those of the configuration, by section and key.
         noise: standard deviation by column, in its unit, as far as the laboratory tells it.
         correlated_noise: standard deviation by column of the part that drifts along a run.
-        correlation_time_s: correlation time of that part; None: as long as a run.
-        correlation_length_mm: motion of the markers over which it fades; None: however far.
+        correlation_time_s: correlation time of that part; infinite: as long as a run.
+        correlation_length_mm: motion of the markers over which it fades; infinite: however far.
         nuisances: standard deviation by its key, or by key of the configuration;
             numbers of the laboratory replace the usual ones.
         rate: rate of the ramps, in the control's unit per second; None if it is not told.
@@ -108,8 +108,8 @@ class LabSetup:
     sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
     correlated_noise: Mapping[str, float] = field(default_factory=dict)
-    correlation_time_s: float | None = None
-    correlation_length_mm: float | None = None
+    correlation_time_s: float = math.inf
+    correlation_length_mm: float = math.inf
     nuisances: Mapping[str, float] = field(default_factory=usual)
     rate: float | None = None
     max_pressure_kPa: float = math.inf
@@ -218,7 +218,7 @@ class SetupFile:
         correlated = dict(self.table("noise", "correlated"))
         noise.pop("correlated", None)
         time_s, length_mm = (
-            self._optional(f"noise.correlated.{key}", correlated.pop(key, None))
+            self._optional(f"noise.correlated.{key}", correlated.pop(key, None)) or math.inf
             for key in ("correlation_time_s", "correlation_length_mm")
         )
         if "specimen_scale" in noise:

@@ -149,7 +149,12 @@ def _nominal(energy: Energy, mode: Mode, stretch: np.ndarray) -> np.ndarray:
 
 
 def balloon(energy: Energy, stretch: np.ndarray) -> np.ndarray:
-    """Pressure (MPa) in a thin spherical balloon, over 2 · wall / radius at rest: P/λ²."""
+    """Pressure (MPa) in a thin spherical balloon, over 2 · wall / radius at rest: P/λ².
+
+    Args:
+        energy: of its wall, by the invariants.
+        stretch: (n,) along both directions of the wall.
+    """
     return _nominal(energy, "equibiaxial", stretch) / stretch**2
 
 
