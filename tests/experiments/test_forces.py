@@ -54,7 +54,8 @@ def test_plate_force_is_the_derivative_of_the_potential() -> None:
 
 
 def test_free_finger_leaves_no_force_on_the_clamp() -> None:
-    finger = small.model(small.short(), plate=False)
+    # the clamp holds what Newton's method leaves, so that it goes beyond the bound
+    finger = small.model(small.short("solver.rtol=1e-10"), plate=False)
     for pressure in small.pressurise(finger, PRESSURES_KPA):
         area = finger.config.finger.chamber_width_mm * finger.config.finger.depth_mm
         assert np.abs(small.clamp_force_N(finger)[[0, 2]]).max() < 1e-9 * pressure * 1e-3 * area
