@@ -55,6 +55,7 @@ class FingerSimulation:
         start: that the model without causes is simulated at; None: as configured.
         graded: whether what the mesh changes is told by a simulation on the mesh as configured.
         not_reached: tests with readings that the model does not reach, which are left out, and why.
+        whole: the measurement with these; None where none is left out.
     """
 
     measurement: Measurement
@@ -64,6 +65,7 @@ class FingerSimulation:
     start: Point | None = None
     graded: bool = True
     not_reached: Sequence[str] = ()
+    whole: Measurement | None = None
 
     closed_form: ClassVar = False
 

@@ -70,12 +70,27 @@ def simulator_of(
         if _count(simulation.first) == len(simulation.first.readings):
             break
     assert best is not None
-    reached = np.isfinite(best.first.readings)
-    lost = not_reached(measurement, reached, best.first)
+    return within_reach(best)
+
+
+def within_reach(simulation: FingerSimulation) -> FingerSimulation:
+    """Leave out readings that the model does not come to at its start.
+
+    Args:
+        simulation: of everything that was measured.
+
+    Raises:
+        ConfigError: one line, where a test has no reading left.
+    """
+    measurement, simulated = simulation.measurement, simulation.first
+    reached = np.isfinite(simulated.readings)
+    lost = not_reached(measurement, reached, simulated)
     if not lost:
-        return best
+        return replace(simulation, whole=None, not_reached=())
     kept = np.where(reached, measurement.listed["value"], np.nan)
-    return replace(best, measurement=measurement.reading(kept), not_reached=lost)
+    return replace(
+        simulation, measurement=measurement.reading(kept), whole=measurement, not_reached=lost
+    )
 
 
 def analyse(
@@ -178,8 +193,8 @@ def _followed(
 ) -> tuple[FingerSimulation, Errors, InferenceProblem, Point]:
     """The model without causes at the numbers that follow the readings, on both meshes."""
     factor, policy = _factor(simulation), simulation.measurement.policy
-    start, runs = Point(factor, 0.0, tuple((n, 0.0) for n in solid)), list[Tangents]()
-    simulation = replace(simulation, start=start)
+    start = simulation.start or Point(factor, 0.0, tuple((n, 0.0) for n in solid))
+    simulation, runs = replace(simulation, start=start), list[Tangents]()
     for _ in range(policy.tries):
         plain = simulation.plain(start)
         if not np.isfinite(plain.told).all():
@@ -200,6 +215,12 @@ def _followed(
         simulation = replace(simulation, start=start)
     if not runs:
         raise ConfigError("the base simulation does not reach the readings with its own numbers")
+    if simulation.whole is not None:
+        # with numbers that follow the readings the model may go on where it ended as configured
+        farther = within_reach(replace(simulation, measurement=simulation.whole))
+        if len(farther.first.readings) > len(simulation.first.readings):
+            say("simulating readings that the model reaches with these numbers")
+            return _followed(farther, solid, linear, say)
     slower = simulation.in_shorter_steps if simulation.shorter else simulation
     change = (slower.first.readings - simulation.first.readings) / errors_of(simulation).noise
     if np.linalg.norm(np.nan_to_num(change)) > policy.visible:

@@ -232,6 +232,10 @@ class Stage(Protocol):
     def name(cls) -> str:
         """Name of its table."""
 
+    @classmethod
+    def follows_path(cls) -> bool:
+        """Return whether its outlet depends on what was before."""
+
     def outlet_kPa(self, flow: Flow) -> float:
         """Pressure (kPa) at this stage's outlet, towards the cavity, as a load step ends."""
 

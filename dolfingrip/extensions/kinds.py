@@ -134,6 +134,15 @@ class DimensionOffset(Effect):
         value = float(getattr(config.geometry, cls.dimension))
         return FittedKey(key, value, 0.2 * value, 2 * value)
 
+    @classmethod
+    def possible(cls, config: Setup) -> bool:
+        """Return whether the body has the dimension.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        return cls.dimension_key(config) is not None
+
     def adapt[S: Setup](self, config: S) -> S:
         """``config`` with the printed dimension.
 

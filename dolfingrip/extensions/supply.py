@@ -67,9 +67,10 @@ class Supply(Memory):
         self._before = self._now.copy()
 
     def values(self) -> dict[str, np.ndarray]:
-        """Pressure at the regulator and behind each stage at the step's start."""
-        return {self._name: self._before.copy()}
+        """Pressure at the regulator and behind each stage at the step's start, if any counts."""
+        counts = any(stage.follows_path() for stage in self.stages)
+        return {self._name: self._before.copy()} if counts else {}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
         """Restore the pressure at each stage."""
-        self._before = values[self._name].copy()
+        self._before = values.get(self._name, self._before).copy()

@@ -11,11 +11,13 @@ from support.delivered import delivered
 from support.here import Here
 from support.measured_files import written
 
-from dolfingrip.config import Config
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.simulation.point import scaled_moduli
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 PRESSURES_kPa = (0, 15, 30, 45, 60)
 TOLD = """experiment = ["bending", "blocked_force"]
@@ -112,3 +114,15 @@ def test_walls_far_from_those_configured_are_simulated(
     print(numbers)
     assert numbers["finger.wall_mm"].low < 1.2 * finger().finger.wall_mm
     assert 1.2 * finger().finger.wall_mm < numbers["finger.wall_mm"].high
+
+
+def test_a_mesh_file_has_no_dimension_that_may_be_off(tmp_path: Path) -> None:
+    """Its other causes are simulated in one go, which such a cause would end."""
+    part = configuration.load(None, {"mesh.file": "none.msh", "finger.kind": "adopted"})
+    rows = "pressure_kPa,angle_deg\n0,0\n25,2\n50,4\n"
+    measurement = read([written(tmp_path, rows, 'experiment = "bending"\n')], part)
+    names = {cause.name for cause in unknowns(measurement, part)}
+    assert names.isdisjoint({"base_layer_offset", "wall_offset"})
+    assert "mooney_rivlin" in names
+    with pytest.raises(ConfigError, match=r"^--effects base_layer_offset: allowed: with a body"):
+        unknowns(measurement, part, ["base_layer_offset"])

@@ -54,6 +54,14 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     assert at_once.failure.kind is FailureKind.LIMIT_POINT
     assert at_once.failure.last_good["pressure_kPa"] <= last
     np.testing.assert_allclose(at_once.column("angle_deg"), stopped.column("angle_deg"), rtol=1e-9)
+    behind_a_gauge = settings.changed(
+        experiment={"snaps": False}, extensions={"pressure_gain": {"gain": 1.0}}
+    )
+    stages = run("bending", behind_a_gauge)
+    assert stages.failure is not None
+    assert stages.failure.last_good["pressure_kPa"] == at_once.failure.last_good["pressure_kPa"]
+    np.testing.assert_allclose(stages.column("angle_deg"), at_once.column("angle_deg"), rtol=1e-9)
+
     many, few = (each.facts.newton.iterations for each in (stopped, at_once))
     print(f"{many} iterations, {few} without a search for a state beyond")
     assert max(many, few) < 120  # neither halves its steps on and on

@@ -33,7 +33,8 @@ def unknowns(
     Raises:
         ConfigError: one line with the name of a number of a finger's rig, and the readings that
             feel it, where no reading is of such a rig; or with that of an error of a camera that no
-            set-up tells, or of a sensor in the place of a camera.
+            set-up tells, or of a sensor in the place of a camera; or with that of an effect that
+            the body cannot have.
     """
     for cls in fitted_effects():
         asked_for = cls.name() in (names or ())
@@ -61,7 +62,11 @@ def unknowns(
     ]  # fmt: skip
     moving = {"dynamic": any(one.experiment.dynamic for one in applied)}
     there = [one.changed(experiment=moving) for one in applied]
-    return [cause for cause in every_cause if all(map(effect(cause.name).possible, there))]
+    possible = [c for c in every_cause if all(map(effect(c.name).possible, there))]
+    for name in names or ():
+        if name in {c.name for c in every_cause} - {c.name for c in possible}:
+            raise ConfigError(f"--effects {name}: allowed: with a body and a rig that can have it")
+    return possible
 
 
 def _camera_errors(measurement: Measurement) -> dict[str, dict[str, float]]:

@@ -278,7 +278,11 @@ class FingerRig(Rig):
         if self._config.experiment.control == "auto":
             return self.foreseen(attempted)  # the volume is controlled soon, or now
         model, good, fall = finger.model, finger.model.state(), BALLOONS if self.jumps else FALL
-        wanted_kPa, foreseen = attempted["pressure_kPa"], self.foreseen(attempted)
+        model.prescribe(attempted)
+        wanted_kPa, foreseen = finger.cavity.value, self.foreseen(attempted)
+        model.restore(good)
+        if wanted_kPa <= finger.cavity.value:
+            return False
         sought_kPa = max(wanted_kPa, self._config.of_experiment_kPa[1]) if foreseen else wanted_kPa
         settings = self._config.solver, sought_kPa, fall
         peak = greatest(model, finger.cavity, finger.driven, *settings, self._stretched)

@@ -145,6 +145,15 @@ class Model:
         made._accepted_s = self._accepted_s
         return made
 
+    def without_supplies(self) -> Model:
+        """A model of these fields and terms without the controls that remember, as supplies do."""
+        kept = {name: c for name, c in self.controls.items() if not isinstance(c, Memory)}
+        supplies = {*map(id, self.controls.values())}
+        memories = [memory for memory in self.memories if id(memory) not in supplies]
+        made = replace(self, controls=kept, memories=memories)
+        made._accepted_s = self._accepted_s
+        return made
+
     # -- state ---------------------------------------------------------------------------------
 
     def state(self) -> State:

@@ -153,10 +153,13 @@ class VolumeControl(Term, Memory):
 def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Model:
     """A model of the same fields and terms whose control is the cavity's volume.
 
+    Supplies, by which a regulator prescribes pressures, are left out: they would set the pressure
+    back. Those of other cavities keep their present pressures.
+
     Args:
         model: model with ``pressure`` among its controls.
         pressure: control that becomes a result of the new model.
         volume: UFL form of the meshed cavity's volume (mm³).
     """
     term = VolumeControl(model.u, pressure, volume, model.domain.copies)
-    return model.with_term(term, [term.unknown], {CONTROL: term.control})
+    return model.without_supplies().with_term(term, [term.unknown], {CONTROL: term.control})

@@ -168,6 +168,7 @@ class LoadPath:
         self._damped = damped
         self._policy = policy = policy or PathPolicy()
         self._length = 1.0  # of the longest step
+        self._waits, self._aside = False, 1.0  # that of waits while on a ramp, and the other way
         self._by_error = False  # whether the prediction's error tells the next one
         self._stiffest = 0.0
         self._shortest = settings.shortest_step
@@ -182,6 +183,7 @@ class LoadPath:
         """Go to ``target`` (controls by name); end at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
+        self._keep_length(waits=all(start[k] == target[k] for k in self._longest if k in target))
         length = self._longest_steps(start, target)
         self._predictor.note(good)
         returned = self._predictor.noted({**good.controls, **target})
@@ -195,6 +197,11 @@ class LoadPath:
                 self._try(leg, self._begin(leg, returned))
             returned = None
         return Arrival(leg.iterations, leg.steps, leg.failure)
+
+    def _keep_length(self, *, waits: bool) -> None:
+        """Go on with the steps of the ramp before, after a wait, and the other way round."""
+        if waits != self._waits:
+            self._waits, self._length, self._aside = waits, self._aside, self._length
 
     def _foretold(self, leg: _Leg) -> Failure | None:
         """Why no further step is tried, where time is over or the load is known to turn."""

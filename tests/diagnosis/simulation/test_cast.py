@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger import FingerSimulation
+from dolfingrip.diagnosis.finger import FingerSimulation, coarser
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse, not_reached, simulator_of
 from dolfingrip.diagnosis.simulation.nuisances import keys
@@ -142,27 +142,55 @@ def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> Non
         selected(read([file], block()), block())
 
 
+ROUGH = block().changed(
+    solver={"min_step_kPa": 5.0, "max_iterations": 15}, mesh={"edge_size_mm": 7.0}
+)
+"""As near to the limit point as need be, on as few elements."""
+
+
+@pytest.mark.slow
+def test_readings_that_moduli_reach_which_follow_the_others_are_not_left_out(
+    tmp_path: Path, store: Path
+) -> None:
+    """The finger as configured balloons at 36 kPa; readings to 45 kPa are of 1.5 times its moduli,
+    which the readings to 30 kPa tell."""
+    pressures_kPa = (5, 10, 15, 20, 25, 30, 45)
+    lines = "experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg\n"
+    lines += "".join(f"bending,A,{p},loading,{p},{p / 50}\n" for p in pressures_kPa)
+    told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
+    told += "[noise]\nchord_angle_deg = 0.005\n"
+    balloons = ROUGH.changed(mesh={"edge_size_mm": 5.0})
+    measurement = read([written(tmp_path, lines, told)], balloons)
+    stiffer = ModelVariant({**coarser(balloons)[0], **scaled_moduli(balloons, 1.5)})
+    (true,) = simulate(measurement, balloons, [stiffer], Here(store))
+    configured = simulator_of(measurement.reading(true.readings), balloons, Here(store))
+    (said,) = configured.not_reached
+    assert "does not reach 1 of 7 readings" in said
+    analysis = analyse(configured, [])
+    assert list(analysis.simulation.not_reached) == []
+    np.testing.assert_array_equal(analysis.problem.value, true.readings)
+    np.testing.assert_array_equal(np.isfinite(analysis.configured), [True] * 6 + [False])
+    assert analysis.simulation.start is not None
+    assert analysis.simulation.start.moduli == pytest.approx(1.5, rel=0.05)
+
+
 @pytest.mark.slow
 def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path) -> None:
     """60 kPa is beyond the limit point; a test of which nothing is left is refused."""
-    # as near to the limit point as need be, on as few elements
-    ends = block().changed(
-        solver={"min_step_kPa": 5.0, "max_iterations": 15}, mesh={"edge_size_mm": 7.0}
-    )
     lines = "experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg\n"
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
-    ended = read([written(tmp_path, lines, told)], ends)
-    (run,) = simulate(ended, ends, [ModelVariant()], Here(store))
+    ended = read([written(tmp_path, lines, told)], ROUGH)
+    (run,) = simulate(ended, ROUGH, [ModelVariant()], Here(store))
     (said,) = not_reached(ended, np.isfinite(run.readings), run)
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
         "stopped at "
     )
     lines += "".join(f"bending,B,{p},loading,{p},1\n" for p in (60, 70))
-    nothing = read([written(tmp_path, lines, told)], ends)
+    nothing = read([written(tmp_path, lines, told)], ROUGH)
     with pytest.raises(ConfigError, match=r"^bending of B: the base simulation reaches no reading"):
-        diagnose_measurement(nothing, ends, Here(store), DiagnosisSettings(quick=True, effects=()))
+        diagnose_measurement(nothing, ROUGH, Here(store), DiagnosisSettings(quick=True, effects=()))
 
 
 def test_moduli_at_which_the_finger_ends_before_its_readings_are_left(
