@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.channels import BENDING_ANGLE, BENDING_DIRECTION, TIP_ROTATION, TIP_ROTATIONS
 from dolfingrip.forms import tip_face
-from dolfingrip.mechanics.model.assembly import integral, to_assemble, undeformed
+from dolfingrip.mechanics.model.assembly import integral, undeformed
 from dolfingrip.mechanics.model.model import Model
 
 SLICES = 24
@@ -146,7 +146,7 @@ class TipRotation:
         degree = 2 * model.u.function_space.ufl_element().degree
         tip = model.domain.surface("tip", quadrature_degree=degree)
         vector = tip_face.area_vector(model.u, model.domain.mesh)
-        return [to_assemble(vector[i] * tip) for i in range(3)]
+        return [vector[i] * tip for i in range(3)]
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
