@@ -29,14 +29,13 @@ from dolfingrip.meshes.adoption.surface import (
     Faces,
     consistent,
     pairs,
-    parts_of,
     segmented,
 )
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.groups import CLAMP
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh, parts_of
 
 
 def adopt_stl(
@@ -279,7 +278,7 @@ def insert(surface: Faces) -> None:
         directed[int(face[other])].append((b, a))
     made: dict[int, int] = {}
     for number, edges in directed.items():
-        loops = [_simple(loop, corner) for loop in _loops(edges)]
+        loops = [[node for node in loop if corner[node]] for loop in _loops(edges)]
         loops.sort(key=lambda loop: -_area(surface, loop))
         curves = [
             gmsh.model.geo.addCurveLoop(
@@ -380,10 +379,6 @@ def _loops(edges: list[tuple[int, int]]) -> list[list[int]]:
                 break
         walks.append(walk)
     return walks
-
-
-def _simple(loop: list[int], corner: np.ndarray) -> list[int]:
-    return [node for node in loop if corner[node]]
 
 
 def _area(surface: Faces, loop: list[int]) -> float:
