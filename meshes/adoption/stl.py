@@ -201,25 +201,16 @@ def _clipped(surface: Faces, at: Floats, way: Floats) -> Faces:
     Raises:
         MeshError: one line, if the cut cannot be closed.
     """
-    import pyvista as pv
-    from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
-    from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
-
     points = surface.points.copy()
     near = 1e-6 * surface.extent
     level = (points - at) @ way
     points -= np.where(np.abs(level) < near, level, 0.0)[:, None] * way
-    mesh = pv.PolyData(points, faces=np.insert(surface.triangles, 0, 3, axis=1).ravel())
-    plane, planes = vtkPlane(), vtkPlaneCollection()
-    plane.SetNormal(*way)
-    plane.SetOrigin(*at)
-    planes.AddItem(plane)
-    clip = vtkClipClosedSurface()
-    clip.SetInputData(mesh)
-    clip.SetClippingPlanes(planes)
-    clip.SetTolerance(MERGED)
-    clip.Update()
-    cut = pv.wrap(clip.GetOutput()).triangulate().clean(tolerance=MERGED)
+    mesh = ClosedSurface(points, surface.triangles).polydata()
+    cut = (
+        mesh.clip_closed_surface(normal=way, origin=at, tolerance=MERGED)
+        .triangulate()
+        .clean(tolerance=MERGED)
+    )
     triangles = np.asarray(cut.regular_faces, dtype=np.int64)
     points = np.asarray(cut.points, dtype=float)
     try:
