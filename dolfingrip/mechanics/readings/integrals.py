@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 import ufl
@@ -33,6 +32,11 @@ class OfIntegrals(Reading):
     def __init__(self, model: Model, column: str, integrals: Sequence[ufl.Form]) -> None:
         super().__init__(model, column)
         self._integrals = integrals
+        self._weights = [fem.Constant(model.domain.mesh, 0.0) for _ in integrals]
+        parts = [weight * form for weight, form in zip(self._weights, integrals, strict=True)]
+        self._weighed = sum(parts[1:], start=parts[0])
+        test = ufl.TestFunction(model.u.function_space)
+        self._by_displacement = ufl.derivative(self._weighed, model.u, test)
         self._by_constant: dict[fem.Constant, ufl.Form] = {}
 
     @abstractmethod
@@ -74,20 +78,6 @@ class OfIntegrals(Reading):
             marked = ufl.replace(self._weighed, {constant: mark})
             self._by_constant[constant] = ufl.diff(marked, mark)
         return integral(self._by_constant[constant])
-
-    @cached_property
-    def _weights(self) -> list[fem.Constant]:
-        return [fem.Constant(self.model.domain.mesh, 0.0) for _ in self._integrals]
-
-    @cached_property
-    def _weighed(self) -> ufl.Form:
-        parts = [w * form for w, form in zip(self._weights, self._integrals, strict=True)]
-        return sum(parts[1:], start=parts[0])
-
-    @cached_property
-    def _by_displacement(self) -> ufl.Form:
-        u = self.model.u
-        return ufl.derivative(self._weighed, u, ufl.TestFunction(u.function_space))
 
 
 class Integral(OfIntegrals):
