@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,13 +49,7 @@ class State:
 
     def copy(self) -> State:
         """A copy that shares no data with this state."""
-        return State(
-            self.displacement.copy(),
-            dict(self.controls),
-            None if self.pressure is None else self.pressure.copy(),
-            dict(self.global_unknowns),
-            {name: values.copy() for name, values in self.history.items()},
-        )
+        return deepcopy(self)
 
 
 class Memory:
