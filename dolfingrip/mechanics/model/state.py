@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,7 +29,7 @@ class Guess:
 
 @dataclass(slots=True)
 class State:
-    """A point on a load path that can be copied, restored and stored.
+    """A point on a load path that can be restored and stored.
 
     Attributes:
         displacement: this rank's displacement dofs, ghosts included (mm).
@@ -46,10 +45,6 @@ class State:
     pressure: np.ndarray | None = None
     global_unknowns: dict[str, float] = field(default_factory=dict)
     history: dict[str, np.ndarray] = field(default_factory=dict)
-
-    def copy(self) -> State:
-        """A copy that shares no data with this state."""
-        return deepcopy(self)
 
 
 class Memory:
