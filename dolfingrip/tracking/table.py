@@ -42,7 +42,7 @@ def write(tracked: Tracked, out: Path, config: Config, stem: str) -> list[Path]:
     """
     written, points = [], tracked.watched.points
     timed = {TIME.name: points.time_s} if np.isfinite(points.time_s).all() else {}
-    control = pd.DataFrame({**timed, **tracked.control})
+    control = pd.DataFrame({**timed, **tracked.control}, index=range(len(points.names)))
     for i, body in enumerate(tracked.bodies, 1):
         errors_of_all = shared(body, tracked.camera, tracked.clock)
         name = f"{stem}_{i}" if len(tracked.bodies) > 1 else stem
@@ -69,7 +69,7 @@ def _kept(control: pd.DataFrame, columns: pd.DataFrame) -> np.ndarray:
     Half of them stand at equal times, the others at both sides of steps of a control: it is linear
     between two rows, so what is left out of a step would be a ramp, and its end a lag.
     """
-    kept = np.flatnonzero(control.notna().all(axis=1) & columns.notna().any(axis=1))
+    kept = np.flatnonzero(np.isfinite(control).all(axis=1) & np.isfinite(columns).any(axis=1))
     if len(kept) > MOST_ROWS:
         values = control.to_numpy(dtype=float)[kept]
         values = values / np.where(np.ptp(values, axis=0) > 0, np.ptp(values, axis=0), 1.0)
@@ -82,8 +82,8 @@ def _kept(control: pd.DataFrame, columns: pd.DataFrame) -> np.ndarray:
 
 
 def _text(rows: pd.DataFrame) -> str:
-    """Lines of a CSV file with a head; 0 has no sign."""
-    numbers = rows.select_dtypes("number") + 0.0
+    """Lines of a CSV file with a head; 0 has no sign, and what is not finite is left empty."""
+    numbers = rows.select_dtypes("number").replace([np.inf, -np.inf], np.nan) + 0.0
     return rows.assign(**numbers).to_csv(index=False, float_format="%.6g", lineterminator="\n")
 
 
