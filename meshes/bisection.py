@@ -6,12 +6,16 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.meshes.cells import TETRAHEDRON, CellShape, Floats, Ints
+from dolfingrip.meshes.cells import TETRAHEDRON, CellShape, Floats, Ints, of_cell
 from dolfingrip.meshes.rounding import CurvedFaces
 from dolfingrip.meshes.solid import MeshError, SolidMesh, faces, match
 
 PARTS: Final = 8
 """Parts of a cell."""
+
+NEAR: Final = 1e-9
+"""Value of a corner's shape function above which it is felt, and distance from a face below which a
+place lies in it, in reference coordinates."""
 
 _TETRAHEDRA: Final = np.array(
     [
@@ -41,22 +45,6 @@ def corners_of_parts(shape: CellShape) -> Floats:
     if shape is TETRAHEDRON:
         return np.asarray(shape.reference[_TETRAHEDRA].mean(axis=2))
     return (shape.reference[:, None] + shape.reference) / 2
-
-
-def corner_weights(shape: CellShape, places: Floats) -> Floats:
-    """Evaluate the linear shape functions of a cell's corners.
-
-    Args:
-        shape: of the cell.
-        places: (n, 3) reference coordinates.
-
-    Returns:
-        (n, corners) values, the corners in Gmsh's order.
-    """
-    if shape is TETRAHEDRON:
-        return np.column_stack([1 - places.sum(axis=1), places])
-    at_one = shape.reference > 0.5
-    return np.prod(np.where(at_one, places[:, None], 1 - places[:, None]), axis=2)
 
 
 def divided(mesh: SolidMesh, refine: int) -> SolidMesh:
@@ -100,7 +88,7 @@ def bisected(mesh: SolidMesh) -> SolidMesh:
         raise MeshError(f"mesh: {shape.plural} of order {mesh.order}; allowed: order 1")
     at = corners_of_parts(shape)
     lattice, which = np.unique(at.reshape(-1, 3), axis=0, return_inverse=True)
-    numbers, points = _numbered(mesh, corner_weights(shape, lattice) > 0)
+    numbers, points = _numbered(mesh, of_cell(shape.corners).values(lattice) > NEAR)
     cells = numbers[:, which.reshape(at.shape[:2])].reshape(-1, shape.corners)
     every, beyond = faces(cells), _faces_of_parts(shape, at)
     facets: dict[str, Ints] = {}
@@ -148,7 +136,7 @@ def _faces_of_parts(shape: CellShape, at: Floats) -> list[list[tuple[int, int]]]
     by_face = []
     for corners in shape.face_corners:
         start, one, other = shape.reference[corners[:3]]
-        off = np.abs((at - start) @ np.cross(one - start, other - start)) < 1e-9
+        off = np.abs((at - start) @ np.cross(one - start, other - start)) < NEAR
         by_face.append([
             (part, face)
             for part in range(PARTS)

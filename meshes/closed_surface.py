@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,17 +73,12 @@ class ClosedSurface:
 
     def distances_mm(self, points: Floats) -> Floats:
         """Signed distances of points, positive outside, (k,)."""
-        from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-        from vtkmodules.vtkCommonCore import vtkDoubleArray
-        from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
+        import pyvista as pv
 
-        implicit = vtkImplicitPolyDataDistance()
-        implicit.SetInput(self.polydata())
-        distances = vtkDoubleArray()
-        implicit.FunctionValue(numpy_to_vtk(np.ascontiguousarray(points)), distances)
-        return np.asarray(vtk_to_numpy(distances), dtype=float).copy()
+        measured = pv.PolyData(np.array(points)).compute_implicit_distance(self.polydata())
+        return np.array(measured["implicit_distance"])
 
-    def polydata(self) -> object:
+    def polydata(self) -> Any:
         """The surface as a PyVista mesh."""
         import pyvista as pv
 
@@ -170,16 +164,6 @@ def locator(points: Floats, triangles: Ints) -> Any:
 
 def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
     """Rows (k,) of the triangles that are nearest to (k, 3) points, and distances (k,) (mm)."""
-    from vtkmodules.vtkCommonCore import mutable
-
-    tree = locator(points, triangles)
-    close = np.zeros(3)
-    cell: Any
-    sub: Any
-    distance: Any
-    cell, sub, distance = mutable(0), mutable(0), mutable(0.0)
-    rows, away = np.empty(len(at), dtype=np.int64), np.empty(len(at))
-    for i, point in enumerate(np.asarray(at, dtype=float)):
-        tree.FindClosestPoint(point, close, cell, sub, distance)
-        rows[i], away[i] = int(cell), math.sqrt(float(distance))
-    return rows, away
+    surface = ClosedSurface(points, triangles).polydata()
+    rows, close = surface.find_closest_cell(at, return_closest_point=True)
+    return np.asarray(rows, dtype=np.int64), np.linalg.norm(close - at, axis=1)

@@ -80,9 +80,18 @@ def _across(points: Floats, dimensions: Geometry, changed: Geometry, axis: int) 
     before, after = planes
     if (np.diff(after, axis=1) <= 0).any():
         raise MeshError(f"finger: {changed} has its faces in another order; remesh it")
-    x = points[:, axis]
+    return followed(points[:, axis], before, after)
+
+
+def followed(x: Floats, before: Floats, after: Floats) -> Floats:
+    """Coordinates (n,) as planes move, of which each point has its own.
+
+    Args:
+        x: (n,) coordinates.
+        before, after: (n, planes) where the planes are and go to, ascending.
+    """
     rows = np.arange(len(x))
-    below = np.clip((before <= x[:, None]).sum(axis=1) - 1, 0, len(order) - 2)
+    below = np.clip((before <= x[:, None]).sum(axis=1) - 1, 0, before.shape[1] - 2)
     low, high = before[rows, below], before[rows, below + 1]
     part = (x - low) / (high - low)
     return np.asarray((1 - part) * after[rows, below] + part * after[rows, below + 1])

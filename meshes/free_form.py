@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from dolfingrip.meshes.dimensions import moved
+from dolfingrip.meshes.dimensions import followed, moved
 from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.sections.form import DEGREE, Form
 from dolfingrip.sections.geometry.geometry import Geometry
@@ -143,14 +143,11 @@ class FreeForm:
             start += (len(self._planes[before]) - 1 - (before == 2)) * width
         count = len(planes) - 1 - (axis == 2)
         offsets = self.offsets_mm[start : start + count * size].reshape(count, size)
-        moved = np.tile(planes, (len(near), 1))
+        flat = np.tile(planes, (len(near), 1))
+        moved = flat.copy()
         moved[:, 1 : 1 + count] += fields @ offsets.T
         at = np.abs(coordinate) if axis == 1 else coordinate
-        below = np.clip((moved <= at[:, None]).sum(axis=1) - 1, 0, len(planes) - 2)
-        rows = np.arange(len(near))
-        low, high = moved[rows, below], moved[rows, below + 1]
-        share = (at - low) / (high - low)
-        straight = planes[below] + share * (planes[below + 1] - planes[below])
+        straight = followed(at, moved, flat)
         return np.asarray(np.where(coordinate < 0, -straight, straight) if axis == 1 else straight)
 
 

@@ -10,7 +10,7 @@ import gmsh
 import numpy as np
 
 from dolfingrip.meshes import solid_model
-from dolfingrip.meshes.gmsh_model import current_mesh, session
+from dolfingrip.meshes.gmsh_model import current_mesh, numbered_nodes, session
 from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh, boundary, faces
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.specimen import Mesh
@@ -208,9 +208,8 @@ def concave_curves(flat_sine: float = FLAT_SINE) -> list[int]:
     Returns:
         Tags of the curves.
     """
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    points = np.zeros((int(tags.max()) + 1, 3))
-    points[tags.astype(np.int64)] = coordinates.reshape(-1, 3)
+    places, row = numbered_nodes()
+    points = places[row]
     tetrahedra = gmsh.model.mesh.getElementsByType(4)[1].astype(np.int64).reshape(-1, 4)
     facets = faces(tetrahedra)[boundary(tetrahedra)]
     concave = []

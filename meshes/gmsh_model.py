@@ -19,7 +19,7 @@ import numpy as np
 
 from dolfingrip.loading import elsewhere
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, assemble, joined
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh, assemble, joined
 from dolfingrip.sections.geometry.boxes import Box
 
 _CELLS: Final = {4: 4, 11: 10, 5: 8, 17: 20}
@@ -112,6 +112,14 @@ def import_shapes(path: Path, highest_only: bool = False) -> list[tuple[int, int
         return list(gmsh.model.occ.importShapes(file, highestDimOnly=highest_only))
 
 
+def numbered_nodes() -> tuple[Floats, Ints]:
+    """Places (n, 3) of the current Gmsh model's nodes, and the row of each by its tag."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    row = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
+    row[tags.astype(np.int64)] = np.arange(len(tags))
+    return coordinates.reshape(-1, 3), row
+
+
 def current_mesh() -> SolidMesh:
     """The mesh of the current Gmsh model, with the groups of :mod:`.groups` that it has.
 
@@ -119,9 +127,7 @@ def current_mesh() -> SolidMesh:
         MeshError: where there are no tetrahedra or hexahedra, all of one order, or there are other
             elements.
     """
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
-    index[tags.astype(np.int64)] = np.arange(len(tags))
+    points, index = numbered_nodes()
     blocks = {}
     types, numbers, nodes = gmsh.model.mesh.getElements(3)
     for kind, node_tags in zip(types, nodes, strict=True):
@@ -140,7 +146,7 @@ def current_mesh() -> SolidMesh:
         if groups.surface_tag(name) is not None:
             facets[name] = joined(name, [index[part] for part in _facets_of(group)], cells)
     regions = _regions(np.asarray(numbers[0], dtype=np.int64))
-    return assemble(coordinates.reshape(-1, 3), cells, facets, regions)
+    return assemble(points, cells, facets, regions)
 
 
 def _regions(numbers: Ints) -> dict[str, Ints]:

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from dolfingrip.meshes import groups, measures
 from dolfingrip.meshes.cells import FACET_CORNERS
@@ -20,6 +18,7 @@ from dolfingrip.meshes.solid import (
     faces,
     labels,
     match,
+    parts_of,
 )
 
 
@@ -246,8 +245,7 @@ def closing_mm3(mesh: SolidMesh) -> dict[str, float]:
             middle = mesh.points[facets[:, corners:].ravel()[open_edge]]
         nodes, local = np.unique(rim, return_inverse=True)
         local = local.reshape(-1, 2)
-        graph = sp.coo_array((np.ones(len(local)), tuple(local.T)), 2 * (len(nodes),))
-        part = connected_components(graph, directed=False)[1]
+        part = parts_of(local, len(nodes))
         count = np.bincount(part)
         apex = np.stack([np.bincount(part, x) / count for x in mesh.points[nodes].T], axis=1)
         if groups.SYMMETRY in mesh.facets:

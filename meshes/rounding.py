@@ -10,11 +10,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from dolfingrip.meshes.cells import Floats, Ints
-from dolfingrip.meshes.solid import SolidMesh, boundary, faces
+from dolfingrip.meshes.solid import SolidMesh, boundary, faces, parts_of
 
 SMOOTH_DEG: Final = 45.0
 """Angle between neighbouring facets up to which they lie on one face."""
@@ -46,7 +44,7 @@ class CurvedFaces:
         self._normals = across / np.linalg.norm(across, axis=1)[:, None]
         pairs = _neighbours(facets)
         cosines = np.einsum("ni,ni->n", *self._normals[pairs.T])
-        plane = _connected(len(facets), pairs[cosines > np.cos(np.radians(PLANE_DEG))])
+        plane = parts_of(pairs[cosines > np.cos(np.radians(PLANE_DEG))], len(facets))
         # a strip between two lines of a cylinder is plane, too, but has no point within
         of_corner = np.repeat(plane, facets.shape[1])
         low, high = np.full(count, len(facets)), np.full(count, -1)
@@ -55,7 +53,7 @@ class CurvedFaces:
         self._flat = np.isin(plane, low[low == high])
         planes = np.where(self._flat, plane, -1)[pairs]
         smooth = cosines > np.cos(np.radians(SMOOTH_DEG))
-        self._face = _connected(len(facets), pairs[smooth & (planes[:, 0] == planes[:, 1])])
+        self._face = parts_of(pairs[smooth & (planes[:, 0] == planes[:, 1])], len(facets))
         order = np.argsort(facets.ravel(), kind="stable") // facets.shape[1]
         self._around = np.split(order, np.cumsum(np.bincount(facets.ravel(), minlength=count))[:-1])
 
@@ -114,9 +112,3 @@ def _neighbours(facets: Ints) -> Ints:
     rows = np.argsort(which.ravel(), kind="stable") // facets.shape[1]
     first = (np.cumsum(count) - count)[count == 2]  # bodies that touch in an edge have four there
     return np.column_stack([rows[first], rows[first + 1]])
-
-
-def _connected(count: int, pairs: Ints) -> Ints:
-    """A number for each facet, the same for those that pairs connect."""
-    graph = coo_array((np.ones(len(pairs), dtype=bool), pairs.T), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
 from dolfingrip.meshes.groups import SYMMETRY
@@ -88,6 +90,17 @@ def labels(facets: Ints) -> Ints:
     numbers = np.empty(len(corners), dtype=np.int64)
     numbers[order] = np.cumsum(new) - 1
     return numbers
+
+
+def parts_of(links: Ints, count: int) -> Ints:
+    """Number of the connected part of each item, (count,).
+
+    Args:
+        links: (k, 2) items that are connected.
+        count: number of items.
+    """
+    graph = sp.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def boundary(cells: Ints) -> Ints:

@@ -11,6 +11,7 @@ import numpy as np
 
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.dimensions import own, refuse_slivers
+from dolfingrip.meshes.gmsh_model import fused, less
 from dolfingrip.meshes.solid import Floats, MeshError
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid, Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
@@ -108,11 +109,10 @@ def _of_boxes(
     channel, *chambers = (part for box in boxes.cavity for part in add(box))
     # The cavity is united before the cut. Its coplanar faces become one; they would divide the
     # mesh otherwise.
-    cavity = gmsh.model.occ.fuse([channel], chambers)[0] if chambers else [channel]
+    cavity = fused([channel], chambers)
     gaps = [part for box in boxes.gaps for part in add(box)]
     first, *others = add(boxes.body)
-    body = gmsh.model.occ.fuse([first], others)[0] if others else [first]
-    return list(gmsh.model.occ.cut(body, [*gaps, *cavity])[0])
+    return less(fused([first], others), [*gaps, *cavity])
 
 
 def _of_cylinders(shape: CylinderSolid, half: bool) -> list[tuple[int, int]]:
@@ -127,14 +127,12 @@ def _of_cylinders(shape: CylinderSolid, half: bool) -> list[tuple[int, int]]:
         )
 
     hollows = [
-        gmsh.model.occ.fuse([add(first)], [add(cylinder) for cylinder in others])[0]
+        fused([add(first)], [add(cylinder) for cylinder in others])
         for first, *others in shape.cavities
     ]
     first, *others = (_add_box(box, half) for box in shape.blocks)
-    body, _ = gmsh.model.occ.fuse(
-        [first], [*others, *(add(cylinder) for cylinder in shape.cylinders)]
-    )
-    return list(gmsh.model.occ.cut(body, [part for hollow in hollows for part in hollow])[0])
+    body = fused([first], [*others, *(add(cylinder) for cylinder in shape.cylinders)])
+    return less(body, [part for hollow in hollows for part in hollow])
 
 
 def _add_groups(volume: int, finger: Geometry, half: bool) -> None:

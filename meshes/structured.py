@@ -94,7 +94,7 @@ def grid(dimensions: Geometry, mesh: Mesh) -> Grid:
     ]
     return Grid(
         (planes[0], planes[1], planes[2]),
-        _kinds(planes, boxes.cavity, boxes.gaps),
+        _labels(planes, ((OUTSIDE, boxes.gaps), (CAVITY, boxes.cavity))),  # else SOLID
         _regions(planes, boxes),
         boxes.cup_mm,
     )
@@ -172,13 +172,13 @@ def _divide(
     return [*head, *[remaining / count] * count, *reversed(tail)]
 
 
-def _kinds(planes: list[Floats], cavity: Sequence[Box], gaps: Sequence[Box]) -> Ints:
-    """The kind of each cell of the grid."""
-    kind = np.full([len(p) - 1 for p in planes], SOLID, dtype=np.int64)
-    for label, boxes in ((OUTSIDE, gaps), (CAVITY, cavity)):
+def _labels(planes: list[Floats], labelled: Iterable[tuple[int, Sequence[Box]]]) -> Ints:
+    """Label of each cell of the grid by the boxes that it is in, the last ones first; 0 of none."""
+    label = np.zeros([len(p) - 1 for p in planes], dtype=np.int64)
+    for number, boxes in labelled:
         for box in boxes:
-            kind[_within(planes, box)] = label
-    return kind
+            label[_within(planes, box)] = number
+    return label
 
 
 def _regions(planes: list[Floats], boxes: BoxSolid) -> dict[str, Bools]:
@@ -186,10 +186,7 @@ def _regions(planes: list[Floats], boxes: BoxSolid) -> dict[str, Bools]:
     if not boxes.regions:
         return {}
     names = [boxes.rest, *boxes.regions]
-    label = np.zeros([len(p) - 1 for p in planes], dtype=np.int64)
-    for i, parts in enumerate(boxes.regions.values(), 1):
-        for box in parts:
-            label[_within(planes, box)] = i
+    label = _labels(planes, enumerate(boxes.regions.values(), 1))
     return {name: label == i for i, name in enumerate(names)}
 
 

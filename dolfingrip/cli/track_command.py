@@ -57,16 +57,18 @@ def track_video(args: TrackSettings) -> None:
     if args.pick:
         assert source is not None  # points of another program need none
         request = replace(request, points_px=_picked(source, args, screen))
-    with show.beside_refusal(source, args.out) as seen:
+    watched = None
+    try:
         if source is None:
             with screen.status(f"reading {files[0]}"):
                 watched, request = foreign.load(files[0], request, until_s)
         else:
             with shown(screen, "frames", total=source.expected) as progress:
                 watched = watch.watch(source, request, progress)
-        seen.append(watched)
         tracked = track.understand(watched, request, log, config)
         written = table.write(tracked, args.out, config, request.name)
+    except ConfigError as error:
+        raise show.refusal(error, source, watched, args.out) from None
     if args.overlay and source is not None:
         with shown(screen, "frames drawn", total=source.expected) as progress:
             show.show(source, tracked, args.out, progress)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +16,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.table import CONTROL, READINGS
+from dolfingrip.explore.wanted import number
 from dolfingrip.files import whole
 from dolfingrip.sections.errors import checked, shown
 
@@ -76,8 +75,7 @@ def files(answers: Mapping[str, Any], config: Config) -> RigFiles:
         value = answers.get(key)
         if value is None or value == "":
             continue
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ConfigError(f"{key} = {value}: allowed: a number")
+        number(key, value)
         table = data
         for section in tables:
             table = table.setdefault(section, {})
@@ -87,8 +85,8 @@ def files(answers: Mapping[str, Any], config: Config) -> RigFiles:
         raise ConfigError(f"protocol = {shown(protocol)}: allowed: a table")
     protocol = {k: v for k, v in protocol.items() if v not in (None, "")}
     checked(rig.RigProtocol, protocol)
-    setup = _toml(data)
-    plan = _toml({**data, "protocol": protocol}) if protocol else setup
+    setup = tomlkit.dumps(data)
+    plan = tomlkit.dumps({**data, "protocol": protocol}) if protocol else setup
     measurement = _read(plan, config)
     return RigFiles(setup, plan, _header(measurement), len(measurement.readings))
 
@@ -113,13 +111,7 @@ def _header(measurement: Measurement) -> str:
     reads = {name for test in tests for name in READINGS[test.experiment]}
     columns = [*WHO, "time_s", *sorted(controls, reverse=True), *sorted(reads & there)]
     written = [name for name in dict.fromkeys(columns) if name in there or name in WHO]
-    target = io.StringIO()
-    csv.writer(target, lineterminator="").writerow(written)
-    return target.getvalue()
-
-
-def _toml(data: Mapping[str, Any]) -> str:
-    return tomlkit.dumps(data)
+    return ",".join(written)
 
 
 def command(file: Path, out: Path) -> list[str]:

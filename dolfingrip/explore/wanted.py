@@ -83,7 +83,7 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
     given = _table(message, "inputs")
     inputs = {}
     for varied in (*space.varied, *(one for one in space.chambers if one.key in given)):
-        value = _number(varied.key, given.get(varied.key, varied.parameter.value(space.base)))
+        value = number(varied.key, given.get(varied.key, varied.parameter.value(space.base)))
         if not varied.low <= value <= varied.high:
             range_ = f"{varied.low:g} to {varied.high:g} {unit(varied.key)}".rstrip()
             raise ConfigError(f"{varied.key} = {value:g}: allowed: {range_}")
@@ -111,7 +111,7 @@ def curve(message: Mapping[str, Any], highest_kPa: float) -> tuple[list[float], 
     """
     parts = []
     for key in ("rise_s", "hold_s"):
-        value = _number(key, _table(message, "curve").get(key))
+        value = number(key, _table(message, "curve").get(key))
         low, high = policy.CURVE_S
         if not low <= value <= high:
             raise ConfigError(f"{key} = {value:g}: allowed: {low:g} to {high:g} s")
@@ -139,7 +139,7 @@ def pressurised(config: Config, largest_kPa: float) -> Config:
 
 def _pressure(message: Mapping[str, Any], default: float) -> float:
     given = message.get("pressure_kPa")
-    return default if given is None else _number("pressure_kPa", given)
+    return default if given is None else number("pressure_kPa", given)
 
 
 def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
@@ -151,7 +151,7 @@ def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
             value = given.get(key)
             if value is None or value == "":
                 continue
-            tables[name][key] = value if isinstance(value, str) else _number(key, value)
+            tables[name][key] = value if isinstance(value, str) else number(key, value)
     if "kind" in tables["food"]:  # the size of the configuration's own food is of another kind
         tables["food"] |= {"width_mm": None, "length_mm": None, "height_mm": None}
     pressure = _pressure(message, policy.GRASP_KPA)
@@ -168,7 +168,16 @@ def _table(message: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return table
 
 
-def _number(key: str, value: Any) -> float:
+def number(key: str, value: Any) -> float:
+    """Return a number that a tab has sent.
+
+    Args:
+        key: its name.
+        value: as it came.
+
+    Raises:
+        ConfigError: one line, where it is none.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ConfigError(f"{key} = {value}: allowed: a number")
     return float(value)

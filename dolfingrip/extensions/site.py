@@ -18,7 +18,7 @@ from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Touching
-from dolfingrip.mechanics.model.assembly import box, integral, to_assemble
+from dolfingrip.mechanics.model.assembly import box, integral
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.inertia import FaceMass
 from dolfingrip.mechanics.model.model import Prescribed
@@ -188,7 +188,7 @@ class Site:
     def area_mm2(self, region: str) -> float:
         """Area (mm²) of a region of the whole undeformed solid."""
         part = self.domain.surface(region, quadrature_degree=2)
-        return self.domain.copies * self._integral(self.fixed(1.0) * part)
+        return self.domain.copies * integral(self.fixed(1.0) * part)
 
     def add_friction(
         self, effect: Named, key: str, contact: Touching, slip_mm: float | None = None
@@ -210,7 +210,7 @@ class Site:
         """
         degree = 2 * self.u.function_space.ufl_element().degree
         part = self.domain.surface(region, quadrature_degree=degree)
-        area = to_assemble(self.fixed(1.0) * part)
+        area = self.fixed(1.0) * part
         share = self._measured(lambda: np.array(1 / (self.domain.copies * integral(area))))
         fixed = FaceMass(mass_t * share, lever_mm, part)
         self.masses.append(fixed)
@@ -224,8 +224,8 @@ class Site:
         part = self.domain.surface(region, quadrature_degree=2)
         one = self.fixed(1.0)
 
-        moments = [to_assemble(one * x[i] * part) for i in range(3)]
-        area = to_assemble(one * part)
+        moments = [one * x[i] * part for i in range(3)]
+        area = one * part
 
         def centroid() -> np.ndarray:
             return np.array([integral(moment) for moment in moments]) / integral(area)
@@ -242,22 +242,18 @@ class Site:
         """Volume (mm³) of a cavity of the whole undeformed finger."""
         x, normal = (kind(self.domain.mesh) for kind in (ufl.SpatialCoordinate, ufl.FacetNormal))
         part = self.domain.surface(cavity, quadrature_degree=3)
-        volume = to_assemble(-self.fixed(self.domain.copies / 3) * ufl.inner(x, normal) * part)
+        volume = -self.fixed(self.domain.copies / 3) * ufl.inner(x, normal) * part
         return self._measured(lambda: np.array(integral(volume)))
 
     def size(self, region: str) -> float:
         """Root of a region's area (mm), of the meshed part."""
-        area = self._integral(self.fixed(1.0) * self.domain.surface(region, quadrature_degree=2))
+        area = integral(self.fixed(1.0) * self.domain.surface(region, quadrature_degree=2))
         return float(np.sqrt(area))
-
-    def _integral(self, form: ufl.Form) -> float:
-        """Over the meshed part, on all ranks."""
-        return integral(to_assemble(form))
 
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        area = to_assemble(self.fixed(1.0) * clamp)
+        area = self.fixed(1.0) * clamp
         share = self._measured(lambda: np.array(1 / (self.domain.copies * integral(area))))
         return energy * share * clamp
 

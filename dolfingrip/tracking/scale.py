@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+import pandas as pd
 
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.tracking import plane
@@ -80,13 +81,10 @@ def _mean_corners(
     corners: Sequence[tuple[np.ndarray, np.ndarray]],
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Places on the sheet, mean places in the picture, and the largest standard deviation (px)."""
-    seen: dict[tuple[float, float], list[np.ndarray]] = {}
-    for sheet_mm, px in corners:
-        for mm, at in zip(sheet_mm, px, strict=True):
-            seen.setdefault((float(mm[0]), float(mm[1])), []).append(at)
-    often = {mm: places for mm, places in seen.items() if 2 * len(places) > len(corners)} or seen
-    spreads = [float(np.std(places, axis=0).max()) for places in often.values()]
-    return (
-        np.array(list(often)), np.array([np.median(places, axis=0) for places in often.values()]),
-        float(np.median(spreads)),
-    )  # fmt: skip
+    rows = pd.DataFrame(np.concatenate([np.hstack(pair) for pair in corners]))
+    seen = rows.groupby([0, 1], sort=False)
+    places, spreads = seen.median(), seen.std(ddof=0).max(axis=1)
+    often = 2 * seen.size() > len(corners)
+    often |= not often.any()
+    sheet_mm = np.array(places.index[often].to_list())
+    return sheet_mm, places[often].to_numpy(), float(spreads[often].median())

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
 from typing import Final
@@ -68,34 +67,33 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> No
             progress(frame.number + 1, len(points.names))
 
 
-@contextmanager
-def beside_refusal(source: FrameSource | None, out: Path) -> Iterator[list[Watched]]:
-    """Write the first frame with what was found in it, where a block refuses the frames.
+def refusal(
+    error: ConfigError, source: FrameSource | None, watched: Watched | None, out: Path
+) -> ConfigError:
+    """Write the first frame with what was found in it, where frames are refused.
 
     Args:
+        error: why they are.
         source: the frames; None: another program has tracked them.
+        watched: what was seen in them; None: they were refused before.
         out: folder of the picture.
 
-    Yields:
-        A list that takes what was seen in them.
+    Returns:
+        The error, which names the picture where there is one.
     """
-    sights: list[Watched] = []
     try:
-        yield sights
-    except ConfigError as error:
-        if source is None:
-            raise
-        try:
-            first = next(iter(source))
-        except ConfigError:
-            raise error from None
-        points = [error.places_px] if isinstance(error, Unseen) else []
-        points += [seen.points.px[0, finger] for seen in sights for finger in seen.fingers]
-        file = out / "seen.png"
-        text = f"{source.name}: first frame"
-        corners = [px for seen in sights for _, px in seen.corners[:1]]
-        overlay.picture(file, overlay.drawn(first.image, [*points, *corners], text))
-        raise ConfigError(f"{error}; {file} shows the first frame") from None
+        first = None if source is None else next(iter(source))
+    except ConfigError:
+        first = None
+    if source is None or first is None:
+        return error
+    points = [error.places_px] if isinstance(error, Unseen) else []
+    if watched is not None:
+        points += [watched.points.px[0, finger] for finger in watched.fingers]
+        points += [px for _, px in watched.corners[:1]]
+    file = out / "seen.png"
+    overlay.picture(file, overlay.drawn(first.image, points, f"{source.name}: first frame"))
+    return ConfigError(f"{error}; {file} shows the first frame")
 
 
 def _caption(tracked: Tracked, frame: Frame) -> str:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import pandas as pd
 import tomlkit
 
 from dolfingrip.channels import TIME
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import measurement
-from dolfingrip.files import table, whole
+from dolfingrip.files import whole
 from dolfingrip.tracking.body import Body
 from dolfingrip.tracking.errors import SharedErrors, rms, shared
 from dolfingrip.tracking.track import Tracked
@@ -41,55 +42,49 @@ def write(tracked: Tracked, out: Path, config: Config, stem: str) -> list[Path]:
     """
     written, points = [], tracked.watched.points
     timed = {TIME.name: points.time_s} if np.isfinite(points.time_s).all() else {}
-    control = {**timed, **tracked.control}
+    control = pd.DataFrame({**timed, **tracked.control}, index=range(len(points.names)))
     for i, body in enumerate(tracked.bodies, 1):
         errors_of_all = shared(body, tracked.camera, tracked.clock)
         name = f"{stem}_{i}" if len(tracked.bodies) > 1 else stem
-        columns = {column: body.readings[column] for column in body.compared}
-        rows = _rows(control, columns)
+        columns = pd.DataFrame({column: body.readings[column] for column in body.compared})
+        rows = pd.concat([control, columns], axis=1).iloc[_kept(control, columns)]
         csv = out / f"{name}.csv"
-        head = list(rows[0]) if rows else [*control, *columns]
         whole.write_together({
-            csv: table.lines([dict(zip(head, head, strict=True)), *rows], head),
+            csv: _text(rows),
             csv.with_suffix(".toml"): tomlkit.dumps(_setup(body, errors_of_all, tracked.told)),
         })  # fmt: skip
         errors = {f"noise_{column}": values for column, values in body.noise.items()}
         errors |= {f"common_{column}": values for column, values in body.common.items()}
-        every = {**control, **body.readings, **errors}
-        by_frame = [
-            {"frame": frame, **{column: _text(values[n]) for column, values in every.items()}}
-            for n, frame in enumerate(points.names)
-        ]
-        table.write(out / f"{name}_frames.csv", by_frame)
+        by_frame = control.assign(**body.readings, **errors)
+        by_frame.insert(0, "frame", points.names)
+        whole.write(out / f"{name}_frames.csv", _text(by_frame))
         measurement.read([csv], config)
         written.append(csv)
     return written
 
 
-def _rows(
-    control: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]
-) -> list[dict[str, str]]:
-    """The frames that have a control and any reading, as many as a table takes.
+def _kept(control: pd.DataFrame, columns: pd.DataFrame) -> np.ndarray:
+    """Numbers of frames that have a control and any reading, as many as a table takes.
 
     Half of them stand at equal times, the others at both sides of steps of a control: it is linear
     between two rows, so what is left out of a step would be a ramp, and its end a lag.
     """
-    there = np.isfinite(np.array(list(control.values()))).all(axis=0)
-    there &= np.isfinite(np.array(list(columns.values()))).any(axis=0)
-    kept = np.flatnonzero(there)
+    kept = np.flatnonzero(np.isfinite(control).all(axis=1) & np.isfinite(columns).any(axis=1))
     if len(kept) > MOST_ROWS:
-        values = np.array([value[kept] / (np.ptp(value[kept]) or 1) for value in control.values()])
-        change = np.abs(np.diff(values)).max(axis=0)
+        values = control.to_numpy(dtype=float)[kept]
+        values = values / np.where(np.ptp(values, axis=0) > 0, np.ptp(values, axis=0), 1.0)
+        change = np.abs(np.diff(values, axis=0)).max(axis=1)
         steps = change.argsort()[-MOST_ROWS // 4 :]
         steps = steps[change[steps] > STEP]
         equal = np.arange(0, len(kept), -(-2 * len(kept) // MOST_ROWS))
         kept = kept[np.unique([*equal, *steps, *steps + 1])]
-    every = {**control, **columns}
-    return [{name: _text(values[i]) for name, values in every.items()} for i in kept]
+    return kept
 
 
-def _text(value: float) -> str:
-    return f"{value + 0.0:.6g}" if np.isfinite(value) else ""
+def _text(rows: pd.DataFrame) -> str:
+    """Lines of a CSV file with a head; 0 has no sign, and what is not finite is left empty."""
+    numbers = rows.select_dtypes("number").replace([np.inf, -np.inf], np.nan) + 0.0
+    return rows.assign(**numbers).to_csv(index=False, float_format="%.6g", lineterminator="\n")
 
 
 def _setup(body: Body, errors: SharedErrors, sentences: Sequence[str]) -> Any:

@@ -108,11 +108,9 @@ def understand(
     control = dict(request.states)
     if log is not None:
         clock = synchronise(watched, fingers, log, request)
-        at = clock.of(watched.points.time_s)
-        inside = (at >= log[TIME.name][0]) & (at <= log[TIME.name][-1])
+        at, log_s = clock.of(watched.points.time_s), log[TIME.name]
         for name in log.keys() - {TIME.name, "event"}:
-            values = np.interp(at, log[TIME.name], log[name])
-            control[name] = np.where(inside, values, np.nan)
+            control[name] = np.interp(at, log_s, log[name], left=np.nan, right=np.nan)
     sentences, doubts = _sentences(watched, camera, fingers, clock)
     return Tracked(watched, camera, fingers, clock, control, sentences, doubts)
 

@@ -15,8 +15,8 @@ import numpy as np
 from dolfingrip.meshes.adoption.hollows import Opening
 from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sound import place
-from dolfingrip.meshes.adoption.surface import Faces, parts_of
-from dolfingrip.meshes.solid import Floats, Ints, MeshError
+from dolfingrip.meshes.adoption.surface import Faces
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, parts_of
 
 THICKNESS: Final = (1.0, 0.7, 0.5, 0.35, 0.25)
 """Thicknesses that are tried, by the one that is asked for."""

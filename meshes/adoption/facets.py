@@ -14,7 +14,7 @@ from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes
 from dolfingrip.meshes.adoption.sound import SizePolicy
 from dolfingrip.meshes.adoption.surface import Faces, consistent
 from dolfingrip.meshes.closed_surface import nearest
-from dolfingrip.meshes.gmsh_model import current_mesh
+from dolfingrip.meshes.gmsh_model import current_mesh, numbered_nodes
 from dolfingrip.meshes.solid import Floats, SolidMesh
 
 OPTIONS = {
@@ -40,9 +40,7 @@ def triangulated(surfaces: list[int]) -> Faces:
     Args:
         surfaces: tags of the faces; the place in this list numbers the face of a triangle.
     """
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
-    index[tags.astype(np.int64)] = np.arange(len(tags))
+    every, index = numbered_nodes()
     corners, face = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     for number, surface in enumerate(surfaces):
         nodes = gmsh.model.mesh.getElementsByType(2, surface)[1].astype(np.int64)
@@ -50,8 +48,7 @@ def triangulated(surfaces: list[int]) -> Faces:
         face.append(np.full(len(corners[-1]), number))
     triangles, of = np.concatenate(corners), np.concatenate(face)
     used, local = np.unique(triangles, return_inverse=True)
-    points = coordinates.reshape(-1, 3)[used]
-    return Faces(points, local.reshape(-1, 3).astype(np.int64), of)
+    return Faces(every[used], local.reshape(-1, 3).astype(np.int64), of)
 
 
 def outward(surface: Faces) -> Faces:

@@ -103,7 +103,7 @@ def _of_cad(path: Path) -> object:
     import gmsh
     import pyvista as pv
 
-    from dolfingrip.meshes.gmsh_model import import_shapes, session
+    from dolfingrip.meshes.gmsh_model import import_shapes, numbered_nodes, session
 
     require_bearable(path)
     with session(f"{path}"):
@@ -112,11 +112,9 @@ def _of_cad(path: Path) -> object:
         import_shapes(path)
         gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(2)
-        tags, points, _ = gmsh.model.mesh.getNodes()
-        order = np.argsort(tags)
-        corners = gmsh.model.mesh.getElementsByType(2)[1]
-        rows = order[np.searchsorted(tags, corners, sorter=order)]
-        return pv.PolyData.from_regular_faces(points.reshape(-1, 3), rows.reshape(-1, 3))
+        points, row = numbered_nodes()
+        corners = row[gmsh.model.mesh.getElementsByType(2)[1].astype(np.int64)]
+        return pv.PolyData.from_regular_faces(points, corners.reshape(-1, 3))
 
 
 def _of_3mf(path: Path) -> object:

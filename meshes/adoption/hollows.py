@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from dolfingrip.meshes.adoption.surface import Faces, Outline, outlines, parts_of
-from dolfingrip.meshes.solid import Floats, Ints, MeshError
+from dolfingrip.meshes.adoption.surface import Faces, Outline, outlines
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, parts_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +73,7 @@ def hollows(surface: Faces, held: int = -1) -> tuple[list[Hollow], Ints]:
     if len(outer) != 1:
         raise MeshError(f"falls into {len(outer)} parts; allowed: one solid")
     inner = np.flatnonzero(volume <= 0)
-    voids = [closed_hollow(surface, np.flatnonzero(shell == i)) for i in inner]
+    voids = [hollow_of(surface, np.flatnonzero(shell == i)) for i in inner]
     voids += _pockets(surface, shell == outer[0], held)
     return sorted(voids, key=lambda void: -void.volume_mm3), shell
 
@@ -106,7 +107,7 @@ def _pockets(surface: Faces, outer: np.ndarray, held: int) -> list[Hollow]:
         mouths = [line for line, _ in rims if mine[line.beyond].all()
                   and outside[part[_on(surface, line)]]]  # fmt: skip
         if mouths:
-            voids.append(_hollow(surface, rows, mouths))
+            voids.append(hollow_of(surface, rows, mouths))
     return voids
 
 
@@ -164,12 +165,14 @@ def _extreme(surface: Faces, outer: np.ndarray) -> Ints:
     return np.unique(np.concatenate(extremes))
 
 
-def closed_hollow(surface: Faces, rows: Ints) -> Hollow:
-    """A hollow without openings, from its triangles."""
-    return _hollow(surface, rows, [])
+def hollow_of(surface: Faces, rows: Ints, rims: Sequence[Outline] = ()) -> Hollow:
+    """Make a hollow of its triangles.
 
-
-def _hollow(surface: Faces, rows: Ints, rims: list[Outline]) -> Hollow:
+    Args:
+        surface: of the part.
+        rows: of the triangles.
+        rims: outlines of its openings, each in the face that it opens.
+    """
     reference = surface.middles[rows].mean(axis=0)
     volumes = -np.einsum("ij,ij->i", surface.middles[rows] - reference, surface.vectors[rows]) / 3
     weight, moment = volumes.sum(), (0.75 * (surface.middles[rows] - reference)).T @ volumes

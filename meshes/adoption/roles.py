@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
+from dolfingrip.meshes.adoption.hollows import Hollow, Opening, hollow_of, hollows
 from dolfingrip.meshes.adoption.sound import bearing_centre, place
 from dolfingrip.meshes.adoption.surface import FacePolicy, Faces
 from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.groups import CLAMP, SKIN, TIP, cavity_names
 from dolfingrip.meshes.groups import cavities as cavities_of
-from dolfingrip.meshes.solid import Floats, Ints, MeshError
+from dolfingrip.meshes.solid import Floats, MeshError
 
 Point = tuple[float, float, float]
 Box = tuple[float, float, float, float, float, float]
@@ -124,7 +124,7 @@ def assign(
         held = int(surface.face.max()) + 1
         surface = replace(surface, face=np.where(clamp, held, surface.face))
     voids, shell = hollows(surface, held)
-    outer = shell == _outer_shell(surface, shell)
+    outer = shell == np.bincount(shell, surface.volumes).argmax()
     of_file = _known_cavities(surface, masks, said)
     cavities = of_file or _cavities(surface, voids, hints, said)
     if clamp is None:
@@ -212,10 +212,6 @@ def _of_symmetry(even: bool, hints: Asked) -> str:
     return "the half y ≥ 0 is computed (--whole: both)" if even else "none; the whole is computed"
 
 
-def _outer_shell(surface: Faces, shell: Ints) -> int:
-    return int(np.bincount(shell, surface.volumes).argmax())
-
-
 def _centroid(surface: Faces) -> Floats:
     return np.asarray(0.75 * surface.middles.T @ surface.volumes / surface.volumes.sum())
 
@@ -288,7 +284,7 @@ def _known_cavities(
     """The cavities that the file has groups of."""
     cavities = []
     for name in cavities_of(masks):
-        cavities.append(closed_hollow(surface, np.flatnonzero(masks[name])))
+        cavities.append(hollow_of(surface, np.flatnonzero(masks[name])))
         said[name] = "group of the file"
     return cavities
 

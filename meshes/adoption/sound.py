@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from vtkmodules.vtkCommonCore import mutable
 
-from dolfingrip.meshes.adoption.surface import Faces, edge_counts, parts_of
+from dolfingrip.meshes.adoption.surface import Faces, edge_counts
 from dolfingrip.meshes.closed_surface import locator
-from dolfingrip.meshes.solid import Floats, Ints, MeshError
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, parts_of
 
 
 @dataclass(frozen=True, slots=True)

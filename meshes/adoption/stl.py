@@ -29,14 +29,13 @@ from dolfingrip.meshes.adoption.surface import (
     Faces,
     consistent,
     pairs,
-    parts_of,
     segmented,
 )
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.groups import CLAMP
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh, parts_of
 
 
 def adopt_stl(
@@ -202,25 +201,16 @@ def _clipped(surface: Faces, at: Floats, way: Floats) -> Faces:
     Raises:
         MeshError: one line, if the cut cannot be closed.
     """
-    import pyvista as pv
-    from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
-    from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
-
     points = surface.points.copy()
     near = 1e-6 * surface.extent
     level = (points - at) @ way
     points -= np.where(np.abs(level) < near, level, 0.0)[:, None] * way
-    mesh = pv.PolyData(points, faces=np.insert(surface.triangles, 0, 3, axis=1).ravel())
-    plane, planes = vtkPlane(), vtkPlaneCollection()
-    plane.SetNormal(*way)
-    plane.SetOrigin(*at)
-    planes.AddItem(plane)
-    clip = vtkClipClosedSurface()
-    clip.SetInputData(mesh)
-    clip.SetClippingPlanes(planes)
-    clip.SetTolerance(MERGED)
-    clip.Update()
-    cut = pv.wrap(clip.GetOutput()).triangulate().clean(tolerance=MERGED)
+    mesh = ClosedSurface(points, surface.triangles).polydata()
+    cut = (
+        mesh.clip_closed_surface(normal=way, origin=at, tolerance=MERGED)
+        .triangulate()
+        .clean(tolerance=MERGED)
+    )
     triangles = np.asarray(cut.regular_faces, dtype=np.int64)
     points = np.asarray(cut.points, dtype=float)
     try:
@@ -279,7 +269,7 @@ def insert(surface: Faces) -> None:
         directed[int(face[other])].append((b, a))
     made: dict[int, int] = {}
     for number, edges in directed.items():
-        loops = [_simple(loop, corner) for loop in _loops(edges)]
+        loops = [[node for node in loop if corner[node]] for loop in _loops(edges)]
         loops.sort(key=lambda loop: -_area(surface, loop))
         curves = [
             gmsh.model.geo.addCurveLoop(
@@ -380,10 +370,6 @@ def _loops(edges: list[tuple[int, int]]) -> list[list[int]]:
                 break
         walks.append(walk)
     return walks
-
-
-def _simple(loop: list[int], corner: np.ndarray) -> list[int]:
-    return [node for node in loop if corner[node]]
 
 
 def _area(surface: Faces, loop: list[int]) -> float:

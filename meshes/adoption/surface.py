@@ -7,10 +7,8 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
-from dolfingrip.meshes.solid import Floats, Ints
+from dolfingrip.meshes.solid import Floats, Ints, parts_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,17 +207,6 @@ def edge_counts(triangles: Ints) -> tuple[Ints, Ints]:
     """All edges (k, 2), and (k,) how many triangles each has."""
     ends = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     return np.unique(ends, axis=0, return_counts=True)
-
-
-def parts_of(links: Ints, count: int) -> Ints:
-    """Number of the connected part of each item, (count,).
-
-    Args:
-        links: (k, 2) items that are connected.
-        count: number of items.
-    """
-    graph = sp.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def consistent(points: Floats, triangles: Ints) -> Ints:

@@ -38,6 +38,7 @@ ALLOWED = {
     ("dolfingrip/design/surrogate/surrogate.py", "save"): "into a stream",
     ("dolfingrip/diagnosis/results.py", "to_csv"): "a text",
     ("dolfingrip/importing/importing.py", "to_csv"): "a text",
+    ("dolfingrip/tracking/table.py", "to_csv"): "a text",
     ("meshes/gmsh_model.py", "copyfile"): "a mesh that is read, alone in a folder",
     ("meshes/files.py", "write"): "a library's file, which is read back",
     ("dolfingrip/report/printable.py", "write"): "a library's file, whose end is checked",

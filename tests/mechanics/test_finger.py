@@ -71,7 +71,6 @@ def test_tangent_is_symmetric(blocked: FingerModel) -> None:
     What is factorised as LDLᵀ must be so to round-off.
     """
     model = blocked.model
-    assert model.potential.carried is not None
     model.potential.carried.reset()
     matrix = fem_petsc.assemble_matrix(model.potential.tangent, bcs=model.supports)
     matrix.assemble()

@@ -146,8 +146,7 @@ class Body:
 
     def tangent(self) -> PETSc.Mat:
         """Hessian of all energies (N/mm), fresh carried stress; 1 on the diagonal of supports."""
-        if self.model.potential.carried is not None:
-            self.model.potential.carried.reset()
+        self.model.carried.reset()
         tangent = Tangent(self.model)
         tangent.assemble()
         return tangent.matrix

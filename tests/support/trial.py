@@ -82,8 +82,7 @@ def orders(finger: FingerModel) -> tuple[float, float]:
         return rates.fields[0]
 
     slope = float(gradient(0.0) @ along.ravel())
-    if potential.carried is not None:
-        potential.carried.reset()
+    potential.carried.reset()
     tangent = fem_petsc.assemble_matrix(potential.tangent)
     tangent.assemble()
     direction, product = tangent.createVecs()

@@ -100,8 +100,10 @@ def read(
 ) -> body.Body:
     asked = TrackAsked(family=shapes, in_front_mm=camera.front_mm)
     source = Frames(images, rate_hz)
-    with show.beside_refusal(source, out):
+    try:
         seen = watch.watch(source, asked, lambda done, total: None)
+    except ConfigError as error:
+        raise show.refusal(error, source, None, out) from None
     assert len(seen.outlines) == len(images)
     calibration = scale.calibrate(seen, asked, SIZE_MM[1] / 2)
     return body.read(seen.points, calibration, None, None)

@@ -33,7 +33,7 @@ from dolfingrip.mechanics.model.element import (
     pressure_field,
 )
 from dolfingrip.mechanics.model.inertia import Inertia
-from dolfingrip.mechanics.model.model import Control, Model, Prescribed
+from dolfingrip.mechanics.model.model import Control, Model, Prescribed, SetPoint
 from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.pneumatics import Air
 from dolfingrip.mechanics.model.potential import Potential
@@ -41,7 +41,7 @@ from dolfingrip.mechanics.model.state import History, Memory, State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
-from dolfingrip.mechanics.newton.air_supply import AirSupply, SetPoint, supplied
+from dolfingrip.mechanics.newton.air_supply import AirSupply, supplied
 from dolfingrip.mechanics.newton.volume_control import volume_controlled
 from dolfingrip.sections.supply import AirLine
 

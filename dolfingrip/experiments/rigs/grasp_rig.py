@@ -29,7 +29,7 @@ from dolfingrip.files.run import GraspOutcome
 from dolfingrip.mechanics.contact import force_closure
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.model.assembly import integral, to_assemble
+from dolfingrip.mechanics.model.assembly import integral
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.newton.newton import Newton
@@ -278,10 +278,7 @@ class EnergyBook:
     """
 
     def __init__(self, gripper: GripperModel) -> None:
-        self._gripper = gripper
-        self._volume = to_assemble(gripper.finger.enclosed)
-        inertia = gripper.finger.inertia
-        self._inertia = None if inertia is None else (inertia, to_assemble(inertia.energy))
+        self._gripper, self._volume = gripper, gripper.finger.enclosed
         self._last: tuple[float, float, float, float, float] | None = None
         self.pressure_mJ = self.friction_mJ = self.error_mJ = 0.0
 
@@ -320,9 +317,9 @@ class EnergyBook:
         copies = gripper.model.domain.copies
         meshed = sum(term.value(dofs) for term in (*terms, *self._frictions))
         height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
-        if self._inertia is not None:  # what the fingers' motion stores is not the step's potential
-            inertia, potential = self._inertia
-            meshed += inertia.kinetic_mJ() - integral(potential)
+        inertia = gripper.finger.inertia
+        if inertia is not None:  # what the fingers' motion stores is not the step's potential
+            meshed += inertia.kinetic_mJ() - integral(inertia.energy)
         return copies * meshed - taken + height_mJ + motion.kinetic_mJ()
 
 

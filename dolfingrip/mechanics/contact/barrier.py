@@ -10,9 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.contact.tangential import Tangential
+from dolfingrip.mechanics.contact.tangential import Tangential, Touching
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
-from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import Gradient
 
 ipctk.set_num_threads(1)  # one thread a rank, as everywhere
@@ -42,7 +42,7 @@ MOVED: Final = 1e-4
 """Part of the barrier's width by which points move for derivatives by differences."""
 
 
-class BarrierContact(Term):
+class BarrierContact(Touching):
     """Surfaces repel one another within the barrier's width and never pass.
 
     Π_contact = −κ ĝ Σ A (1 − s²)² ln s², s = d/ĝ, over the pairs of vertex–face and edge–edge at
@@ -226,10 +226,6 @@ class BarrierContact(Term):
         )
         rise = (nearer - force) / (MOVED * float(np.linalg.norm(apart)))
         return vertices, shares, apart, float(force), float(rise)
-
-    def facing(self, step: np.ndarray) -> np.ndarray:
-        """Zeros, because its pairs touch only nodes, (3,)."""
-        return np.zeros(3)
 
     # -- as a term -----------------------------------------------------------------------------
 

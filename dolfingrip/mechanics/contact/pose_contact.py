@@ -14,8 +14,8 @@ from dolfingrip.mechanics.contact.distance import (
     SignedDistance,
     reach,
 )
+from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.pose import SIX, Pose, Rotation
-from dolfingrip.mechanics.model.term import Term
 
 
 class Near(NamedTuple):
@@ -108,7 +108,7 @@ WITHIN: Final = 1 + 1e-6
 """Widths of the barrier up to which it is evaluated; it is 0 from 1 on."""
 
 
-class PoseContact(Term):
+class PoseContact(Touching):
     """Points stay outside a shape. The shape or the points belong to a rigid body.
 
     Π = Σ A_i b(φ(y_i)) over points with areas A_i. y_i is the place of point i in the frame of the
@@ -168,10 +168,6 @@ class PoseContact(Term):
     def load_N(self, dofs: np.ndarray) -> np.ndarray:
         """Force (N) and moment-like derivative (N mm) on the body, of the whole, (6,)."""
         return -self._copies * np.asarray(self._sum(slopes(self.near(dofs))))
-
-    def facing(self, step: np.ndarray) -> np.ndarray:
-        """Zeros (3,), because friction's pairs move with the nodes and bodies that points touch."""
-        return np.zeros(3)
 
     # -- bounds ----------------------------------------------------------------------------------
 

@@ -25,7 +25,7 @@ from dolfingrip.mechanics.contact.pose_contact import (
     slopes,
 )
 from dolfingrip.mechanics.contact.tangential import Tangential
-from dolfingrip.mechanics.model.assembly import owned_vector, to_assemble
+from dolfingrip.mechanics.model.assembly import owned_vector
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference, to_world
 from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
@@ -56,7 +56,6 @@ class SkinPoints:
     """
 
     def __init__(self, space: fem.FunctionSpace, domain: Domain, regions: Sequence[str]) -> None:
-        self._space = space
         self.first = space.dofmap.index_map.local_range[0]
         self.owned = space.dofmap.index_map.size_local
         cell = domain.mesh.topology.cell_type
@@ -64,7 +63,7 @@ class SkinPoints:
         rule = form.nodal_rule(facet, space.ufl_element().degree)
         self.measure = domain.surface(*regions, **rule)
         test = ufl.TestFunction(space)
-        shares = owned_vector(to_assemble(test[0] * self.measure))[::NODE]
+        shares = owned_vector(test[0] * self.measure)[::NODE]
         # a rank may own a node of a facet that only another rank has
         self.nodes = np.flatnonzero(shares > 0).astype(np.int32)
         self.areas = shares[self.nodes]
@@ -73,8 +72,11 @@ class SkinPoints:
         if domain.placement is not None:
             self.frames = domain.placement.frames(self.rest)
             self.rest = domain.placement.positions(self.rest)
-        self._rate: tuple[fem.Function, fem.Form] | None = None
-        self._shares: tuple[fem.Function, fem.Form] | None = None
+        self._velocity, normal = fem.Function(space), ufl.FacetNormal(space.mesh)
+        stretch = ufl.div(self._velocity) - ufl.inner(normal, ufl.grad(self._velocity) * normal)
+        self._rate = test[0] * stretch * self.measure
+        self._density = fem.Function(space)
+        self._share = self._density[0] * self.measure
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
         """Deformed positions (mm), (n, 3)."""
@@ -94,14 +96,8 @@ class SkinPoints:
         Args:
             velocity: local array of the displacement's nodes.
         """
-        if self._rate is None:
-            field, test = fem.Function(self._space), ufl.TestFunction(self._space)
-            normal = ufl.FacetNormal(self._space.mesh)
-            stretch = ufl.div(field) - ufl.inner(normal, ufl.grad(field) * normal)
-            self._rate = field, to_assemble(test[0] * stretch * self.measure)
-        field, rate = self._rate
-        field.x.array[:] = velocity
-        return owned_vector(rate)[NODE * self.nodes]
+        self._velocity.x.array[:] = velocity
+        return owned_vector(self._rate)[NODE * self.nodes]
 
     def moved(self, change: np.ndarray) -> SkinPoints:
         """The points after the reference nodes have moved a little by ``change`` (mm)."""
@@ -121,15 +117,10 @@ class SkinPoints:
             densities: (m,) b of each, for a unit of area.
             forces: (m, 3) derivatives of Σ A b by the places of the points in the world.
         """
-        if self._shares is None:
-            density = fem.Function(self._space)
-            form = density[0] * self.measure
-            self._shares = density, gradient.coordinates.compiled(form)
-        density, by_coordinates = self._shares
-        density.x.array[:] = 0.0
-        density.x.array[NODE * self.nodes[rows]] = densities
-        density.x.scatter_forward()
-        gradient.add_form(by_coordinates)
+        self._density.x.array[:] = 0.0
+        self._density.x.array[NODE * self.nodes[rows]] = densities
+        self._density.x.scatter_forward()
+        gradient.add_form(self._share)
         gradient.at_nodes[self.nodes[rows]] += self.to_reference(forces, rows)
 
 

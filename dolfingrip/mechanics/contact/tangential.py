@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 
 from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.model.term import Term
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,18 +100,18 @@ class Tangential:
         return cls(weights, arrays["normals"], normal_N, rise, arrays["keys"])
 
 
-class Touching(Protocol):
+class Touching(Term):
     """A normal contact that friction can act on."""
 
     @property
+    @abstractmethod
     def touching(self) -> NodeSet:
         """Nodes and bodies that its pairs may move with."""
-        ...
 
+    @abstractmethod
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Pairs of the contact at the displacement ``dofs``."""
-        ...
 
     def facing(self, step: np.ndarray) -> np.ndarray:
         """Displacement in a step of the unknowns of the body that pairs touch, if no node, (3,)."""
-        ...
+        return np.zeros(3)

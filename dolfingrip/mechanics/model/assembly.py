@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Final
 
 import numpy as np
 import ufl
@@ -12,35 +13,42 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
 
+COMPILED: Final = "dolfingrip: compiled"
+"""Place of a compiled form in what UFL lets others keep with the form."""
+
 
 def to_assemble(form: ufl.Form) -> fem.Form:
-    """Compile a form with the options of :mod:`dolfingrip.mechanics.model.jit`.
+    """Compile a form, once, with the options of :mod:`dolfingrip.mechanics.model.jit`.
 
     Args:
         form: in UFL.
     """
-    return fem.form(form, jit_options=jit.options())
+    if COMPILED not in form._cache:
+        form._cache[COMPILED] = fem.form(form, jit_options=jit.options())
+    return form._cache[COMPILED]
 
 
-def integral(form: fem.Form) -> float:
+def integral(form: ufl.Form) -> float:
     """Sum all ranks' parts of an integral.
 
     Args:
-        form: without arguments.
+        form: without arguments; it is compiled when its integral is first asked for.
     """
-    return float(form.mesh.comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
+    compiled = to_assemble(form)
+    return float(compiled.mesh.comm.allreduce(fem.assemble_scalar(compiled), MPI.SUM))
 
 
-def owned_vector(form: fem.Form) -> np.ndarray:
+def owned_vector(form: ufl.Form) -> np.ndarray:
     """Assemble a vector; ranks send the parts of their ghosts.
 
     Args:
-        form: linear in its test function.
+        form: linear in its test function; it is compiled when it is first assembled.
 
     Returns:
         Its values at the dofs that this rank owns.
     """
-    vector, dofs = fem.assemble_vector(form), form.function_spaces[0].dofmap
+    compiled = to_assemble(form)
+    vector, dofs = fem.assemble_vector(compiled), compiled.function_spaces[0].dofmap
     vector.scatter_reverse(la.InsertMode.add)
     return np.asarray(vector.array[: dofs.index_map.size_local * dofs.index_map_bs])
 

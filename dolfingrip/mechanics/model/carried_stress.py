@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from dolfinx import fem
@@ -15,71 +13,6 @@ from dolfingrip.mechanics.model import points
 from dolfingrip.mechanics.model.points import AtPoints, Rule
 
 
-class Carried(Protocol):
-    """Fields in a term's tangent that are carried along Newton's steps."""
-
-    @property
-    def values(self) -> np.ndarray:
-        """All of them as one array, a copy."""
-        ...
-
-    @values.setter
-    def values(self, values: np.ndarray) -> None: ...
-
-    def reset(self) -> None:
-        """Set the fields to the values that follow from the present unknowns."""
-        ...
-
-    def follow(self, *steps: np.ndarray) -> None:
-        """Predict them for ``steps`` (local dofs of each field) from the present unknowns."""
-        ...
-
-
-class CarriedTogether:
-    """The carried fields of several terms as one; False if there are none.
-
-    Args:
-        parts: one for each term that has such fields.
-    """
-
-    def __init__(self, parts: Sequence[Carried]) -> None:
-        self._parts = parts
-
-    def __bool__(self) -> bool:
-        return bool(self._parts)
-
-    @property
-    def values(self) -> np.ndarray:
-        """All of them as one array, a copy."""
-        return np.concatenate([np.empty(0), *(part.values for part in self._parts)])
-
-    @values.setter
-    def values(self, values: np.ndarray) -> None:
-        place = 0
-        for part in self._parts:
-            size = len(part.values)
-            part.values = values[place : place + size]
-            place += size
-
-    def reset(self) -> None:
-        """Set the fields to the values that follow from the present unknowns."""
-        for part in self._parts:
-            part.reset()
-
-    def follow(self, *steps: np.ndarray) -> None:
-        """Predict them for ``steps`` (local dofs of each field) from the present unknowns."""
-        for part in self._parts:
-            part.follow(*steps)
-
-
-class Regularised(ABC):
-    """A term that adds a stiffness to its tangent which vanishes with the residual."""
-
-    @abstractmethod
-    def set_residual(self, residual_N: float) -> None:
-        """Set the residual at which a tangent is assembled; 0 for the exact tangent."""
-
-
 class CarriedStress:
     """Second Piola–Kirchhoff stress (MPa) that follows Newton's steps linearly.
 
@@ -88,60 +21,55 @@ class CarriedStress:
     does not depend on it; large rotations no longer spoil the stress between iterations
     (Magisano, Leonetti & Garcea 2017; Pfefferkorn, Bieber, Oesterle, Bischoff & Betsch, 2021).
 
+    It is False where nothing is carried.
+
     Attributes:
-        stress: (3, 3) at each integration point of the volume.
-        on_sheets: stress at the points of each further rule, in the order of ``sheets``.
+        of_parts: field (3, 3) of each part at its integration points; parts without a rule of their
+            own share one.
 
     Args:
         fields: fields that the stress depends on: displacement, and a mixed model's pressure.
-        stresses: S in UFL, and the cells where it is such (all where None), part by part.
-        degree: degree of the integration rule.
-        sheets: what has a rule of its own, or another degree: stress of sheets (N/mm), or a further
-            one of the solid (MPa); its cells, and the rule.
+        stresses: of each part S in UFL (MPa; of a sheet N/mm), the cells where it is such (None:
+            all), and the integration rule, or its degree (None: that of the volume).
+        degree: degree of the volume's integration rule.
     """
 
     def __init__(
         self,
         fields: Sequence[fem.Function],
-        stresses: Sequence[tuple[Expr, np.ndarray | None]],
+        stresses: Sequence[tuple[Expr, np.ndarray | None, Rule | int | None]],
         degree: int,
-        sheets: Sequence[tuple[Expr, np.ndarray, Rule | int]] = (),
     ) -> None:
         mesh = fields[0].function_space.mesh
-        self.stress = points.field(mesh, (3, 3), degree, "carried_stress_MPa")
+        volume = points.field(mesh, (3, 3), degree, "carried_stress_MPa")
         self._steps = [fem.Function(field.function_space) for field in fields]
-        self._fields = fields
         self._now: list[tuple[AtPoints, fem.Function]] = []
         self._after: list[tuple[AtPoints, fem.Function]] = []
-        for stress, cells in stresses:
-            self._add(stress, degree, cells, self.stress)
-        self.on_sheets = []
-        for stress, on, rule in sheets:
-            carried = points.field(mesh, (3, 3), rule, "carried_stress_N_per_mm")
-            self._add(stress, rule, on, carried)
-            self.on_sheets.append(carried)
+        for stress, cells, rule in stresses:
+            held = volume
+            if rule is not None:
+                held = points.field(mesh, (3, 3), rule, "carried_stress_N_per_mm")
+            predicted = stress
+            for field, step in zip(fields, self._steps, strict=True):
+                predicted = predicted + chain_rule.along(stress, field, step)
+            self._now.append((AtPoints(stress, mesh, rule or degree, cells), held))
+            self._after.append((AtPoints(predicted, mesh, rule or degree, cells), held))
+        self.of_parts = [held for _, held in self._now]
+        self._arrays = list({id(held): held.x.array for held in self.of_parts}.values())
 
-    def _add(
-        self, stress: Expr, rule: int | Rule, cells: np.ndarray | None, into: fem.Function
-    ) -> None:
-        mesh = into.function_space.mesh
-        predicted = stress
-        for field, step in zip(self._fields, self._steps, strict=True):
-            predicted = predicted + chain_rule.along(stress, field, step)
-        self._now.append((AtPoints(stress, mesh, rule, cells), into))
-        self._after.append((AtPoints(predicted, mesh, rule, cells), into))
+    def __bool__(self) -> bool:
+        return bool(self.of_parts)
 
     @property
     def values(self) -> np.ndarray:
         """All carried stresses as one array, a copy."""
-        return np.concatenate([held.x.array for held in (self.stress, *self.on_sheets)])
+        return np.concatenate([np.empty(0), *self._arrays])
 
     @values.setter
     def values(self, values: np.ndarray) -> None:
-        place = 0
-        for held in (self.stress, *self.on_sheets):
-            held.x.array[:] = values[place : place + held.x.array.size]
-            place += held.x.array.size
+        ends = np.cumsum([array.size for array in self._arrays])
+        for array, part in zip(self._arrays, np.split(values, ends[:-1]), strict=False):
+            array[:] = part
 
     def compile(self) -> None:
         """Compile all expressions."""

@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.assembly import owned_vector, to_assemble
+from dolfingrip.mechanics.model.assembly import owned_vector
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
@@ -38,20 +38,20 @@ class DeadWeight(Term):
         domain: Domain,
         weights_N_mm3: Mapping[tuple[str, ...], fem.Constant],
     ) -> None:
-        self._u = u
         self._space = space = u.function_space
         self._weights = list(weights_N_mm3.values())
-        self._parts = [
+        parts = [
             domain.volume(*names, quadrature_degree=space.ufl_element().degree)
             for names in weights_N_mm3
         ]
+        pairs = zip(self._weights, parts, strict=True)
+        self._energies = [-ufl.inner(weight, u) * part for weight, part in pairs]
         test = ufl.TestFunction(space)
-        self._volume = [to_assemble(test[0] * part) for part in self._parts]
+        self._volume = [test[0] * part for part in parts]
         placement, owned = domain.placement, space.dofmap.index_map.size_local
         points = space.tabulate_dof_coordinates()[:owned]
         self._frames = None if placement is None else placement.frames(points)
         self._volumes_mm3 = self._measured_mm3()
-        self._by_coordinates: fem.Form | None = None
 
     def _measured_mm3(self) -> list[np.ndarray]:
         """Volume at each owned node, for each part."""
@@ -79,11 +79,8 @@ class DeadWeight(Term):
         """Add the derivatives by the reference coordinates, of one solid that is not placed."""
         if self._frames is not None:
             raise NoShapeGradient(f"{self.name} of placed copies: no derivative by coordinates")
-        if self._by_coordinates is None:
-            pairs = zip(self._weights, self._parts, strict=True)
-            forms = [-ufl.inner(weight, self._u) * part for weight, part in pairs]
-            self._by_coordinates = gradient.coordinates.compiled(sum(forms[1:], start=forms[0]))
-        gradient.add_form(self._by_coordinates)
+        for form in self._energies:
+            gradient.add_form(form)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Compute the volumes of the mesh at its present place."""

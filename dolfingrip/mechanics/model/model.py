@@ -13,7 +13,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.assembly import box
-from dolfingrip.mechanics.model.carried_stress import CarriedTogether, Regularised
+from dolfingrip.mechanics.model.carried_stress import CarriedStress
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import Memory, State
@@ -66,6 +66,21 @@ class Control:
     def set(self, value: float) -> None:
         """Prescribe ``value``."""
         self.constant.value = value * self.factor
+
+
+@dataclass(slots=True)
+class SetPoint:
+    """A prescribed quantity that is no constant of the potential.
+
+    Attributes:
+        value: present value, in the unit of the control's name.
+    """
+
+    value: float = 0.0
+
+    def set(self, value: float) -> None:
+        """Prescribe ``value``."""
+        self.value = value
 
 
 @dataclass(slots=True)
@@ -324,10 +339,9 @@ class Model:
             term.restore_lagged(lagged)
 
     @property
-    def carried(self) -> CarriedTogether:
-        """The fields that the tangent carries along Newton's steps; None if there are none."""
-        parts = [term.carried for term in self.all_terms]
-        return CarriedTogether([part for part in parts if part is not None])
+    def carried(self) -> CarriedStress:
+        """The stress that the tangent carries along Newton's steps."""
+        return self.potential.carried
 
     @property
     def singular_at_rest(self) -> bool:
@@ -342,8 +356,7 @@ class Model:
     def set_residual(self, residual_N: float) -> None:
         """Tell terms the residual at which a tangent is assembled."""
         for term in self.terms:
-            if isinstance(term, Regularised):
-                term.set_residual(residual_N)
+            term.set_residual(residual_N)
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no term forbids, and the term that set it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property, reduce
+from functools import reduce
 from itertools import combinations_with_replacement
 from operator import add
 
@@ -24,7 +24,6 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import Sheet, integration_degree, sheet_degree
 from dolfingrip.mechanics.model.parts import (
     ByPart,
-    PartEnergy,
     ReducedIntegration,
     StrainEnergy,
     sheet_parts,
@@ -95,12 +94,10 @@ class Potential(Term):
         self.global_unknowns = tuple(global_unknowns)
         self.sheets = tuple(sheets)
         self.singular_at_rest = bool(sheets)  # flat ones resist deflection only once deflected
-        self.carried: CarriedStress | None = (
-            _carried(fields, solids, apart, degree) if carried else None
+        self.carried = CarriedStress(
+            fields, [(part.stress, part.cells, part.rule) for part in parts if carried], degree
         )
-        stresses = [part.stress for part in parts]
-        if self.carried is not None:
-            stresses = [self.carried.stress] * len(solids) + self.carried.on_sheets
+        stresses = self.carried.of_parts or [part.stress for part in parts]
 
         form = sum(terms[1:], start=terms[0]) if terms else None
         value = _sum(part.area * part.density * part.dx for part in parts)
@@ -123,9 +120,8 @@ class Potential(Term):
             tangent += ufl.derivative(ufl.derivative(form, u, v), u, w)
         self.gradient = residual
         self._energy, self._stiffness = value, tangent
-        self._by_coordinates: fem.Form | None = None
-        self._constraint: ufl.Form | None = None
-        self._coupling: tuple[ufl.Form, ...] = ()
+        self._slopes = [residual]  # by the displacement, and by p
+        self._coupling: tuple[ufl.Form, ...] = ()  # blocks (u, p), (p, u) and (p, p)
         if p is not None:
             q, r = (
                 argument(p.function_space) for argument in (ufl.TestFunction, ufl.TrialFunction)
@@ -135,8 +131,10 @@ class Potential(Term):
                 ufl.inner(ufl.derivative(part.stress, p, r), strain_variation(u, v)) * part.dx
                 for part in solids
             )
-            blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
-            self._constraint, self._coupling = constraint, blocks
+            self._slopes.append(constraint)
+            self._coupling = (
+                across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r)
+            )  # fmt: skip
         self._jacobian = AtPoints(ufl.det(deformation_gradient(u)), space.mesh, degree)
         self._globals = (
             _GlobalForms(u, form, global_unknowns) if global_unknowns and form is not None else None
@@ -146,59 +144,38 @@ class Potential(Term):
 
     def compile(self) -> None:
         """Compile all forms that Newton's method needs, which are all but the energy."""
-        _ = self.residual, self.tangent, self.constraint, self.coupling, self._jacobian.compiled
-        if self.carried is not None:
-            self.carried.compile()
+        for form in (*self._slopes, self._stiffness, *self._coupling):
+            to_assemble(form)
+        _ = self._jacobian.compiled
+        self.carried.compile()
 
-    @cached_property
-    def _value(self) -> fem.Form:
-        return to_assemble(self._energy)
-
-    @cached_property
-    def residual(self) -> fem.Form:
-        """∂Π/∂u."""
-        return to_assemble(self.gradient)
-
-    @cached_property
+    @property
     def tangent(self) -> fem.Form:
         """∂²Π/∂u²."""
         return to_assemble(self._stiffness)
-
-    @cached_property
-    def constraint(self) -> fem.Form | None:
-        """∂Π/∂p; None without p."""
-        return None if self._constraint is None else to_assemble(self._constraint)
-
-    @cached_property
-    def coupling(self) -> tuple[fem.Form, ...]:
-        """Blocks (u, p), (p, u) and (p, p) of the tangent; empty without p."""
-        return tuple(map(to_assemble, self._coupling))
 
     # -- as a term -------------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:
         """Energy (mJ) of the meshed part at the present unknowns."""
-        return integral(self._value)
+        return integral(self._energy)
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives (N) by the unknowns at their present values."""
-        forms = [self.residual] if self.constraint is None else [self.residual, self.constraint]
-        for form, part in zip(forms, gradient.fields, strict=True):
+        for form, part in zip(self._slopes, gradient.fields, strict=True):
             part += owned_vector(form)
         if self._globals is not None:
             self._globals.add_slopes(gradient)
 
     def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add the derivatives by the reference coordinates at the present unknowns (N)."""
-        if self._by_coordinates is None:
-            self._by_coordinates = gradient.coordinates.compiled(self._energy)
-        gradient.add_form(self._by_coordinates)
+        gradient.add_form(self._energy)
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """The tangent, by blocks of displacement and pressure."""
-        if not self.coupling:
+        if not self._coupling:
             return [[self.tangent]]
-        across, back, within = self.coupling
+        across, back, within = map(to_assemble, self._coupling)
         return [[self.tangent, across], [back, within]]
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
@@ -208,21 +185,6 @@ class Potential(Term):
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""
         return float(self._jacobian.values().min(initial=np.inf))
-
-
-def _carried(
-    fields: Sequence[fem.Function],
-    solids: Sequence[PartEnergy],
-    apart: Sequence[PartEnergy],
-    degree: int,
-) -> CarriedStress:
-    """Carries the stresses of all parts."""
-    held = [
-        (part.stress, part.cells, part.rule)
-        for part in apart
-        if part.rule is not None and part.cells is not None
-    ]
-    return CarriedStress(fields, [(part.stress, part.cells) for part in solids], degree, held)
 
 
 def _sum(forms: Iterable[ufl.Form]) -> ufl.Form:
@@ -242,14 +204,14 @@ class _GlobalForms:
         slopes = [ufl.diff(marked, mark) for mark in marks]
         test = ufl.TestFunction(u.function_space)
         self._first = u.function_space.dofmap.index_map.local_range[0]
-        self._slopes = [to_assemble(slope) for slope in slopes]
+        self._slopes = slopes
         # Most pairs do not meet in any energy, and forms that are zero need not be compiled.
         self._curvatures = {
-            (i, j): to_assemble(curvature)
+            (i, j): curvature
             for i, j in combinations_with_replacement(range(len(marks)), 2)
             if not (curvature := expand_derivatives(ufl.diff(slopes[i], marks[j]))).empty()
         }
-        self._mixed = [to_assemble(ufl.derivative(slope, u, test)) for slope in slopes]
+        self._mixed = [ufl.derivative(slope, u, test) for slope in slopes]
 
     def add_slopes(self, gradient: Gradient) -> None:
         for unknown, slope in zip(self._globals, self._slopes, strict=True):

@@ -13,7 +13,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.forms.inertia import IMPLICIT_EULER, Scheme
-from dolfingrip.mechanics.model.carried_stress import Regularised
 from dolfingrip.mechanics.model.pose import LEVI_CIVITA, SIX, Pose, rotation
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
@@ -82,7 +81,7 @@ def ball(
     return RigidBody(name, mass_kg, inertia, centre_mm, frozenset(held))
 
 
-class RigidMotion(Term, Memory, Regularised):
+class RigidMotion(Term, Memory):
     """Dead weight and inertia of a rigid body.
 
     Π = k/2 (m |c − ĉ|² + (R − R̂) : (R − R̂) J)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +13,9 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.compatibility import points_of_cells
+
+KEY: Final = "dolfingrip: by coordinates"
+"""Place of a form's compiled derivatives in what UFL lets others keep with the form."""
 
 
 class Coordinates:
@@ -97,9 +101,11 @@ class ShapeGradient:
         self.at_nodes = np.zeros((index.size_local + index.num_ghosts, 3))
         self._by_points = np.zeros((coordinates.local, 3))
 
-    def add_form(self, derivative: fem.Form, factor: float = 1.0) -> None:
-        """Add a form that :meth:`Coordinates.compiled` gave."""
-        vector = fem.assemble_vector(derivative)  # this rank's part, ghosts included
+    def add_form(self, form: ufl.Form, factor: float = 1.0) -> None:
+        """Add the derivatives of a form, which are compiled when they are first asked for."""
+        if KEY not in form._cache:
+            form._cache[KEY] = self.coordinates.compiled(form)
+        vector = fem.assemble_vector(form._cache[KEY])  # this rank's part, ghosts included
         self._by_points += factor * vector.array.reshape(-1, 3)
 
     def add(self, other: ShapeGradient, factor: float) -> None:

@@ -29,7 +29,7 @@ class Guess:
 
 @dataclass(slots=True)
 class State:
-    """A point on a load path that can be copied, restored and stored.
+    """A point on a load path that can be restored and stored.
 
     Attributes:
         displacement: this rank's displacement dofs, ghosts included (mm).
@@ -45,16 +45,6 @@ class State:
     pressure: np.ndarray | None = None
     global_unknowns: dict[str, float] = field(default_factory=dict)
     history: dict[str, np.ndarray] = field(default_factory=dict)
-
-    def copy(self) -> State:
-        """A copy that shares no data with this state."""
-        return State(
-            self.displacement.copy(),
-            dict(self.controls),
-            None if self.pressure is None else self.pressure.copy(),
-            dict(self.global_unknowns),
-            {name: values.copy() for name, values in self.history.items()},
-        )
 
 
 class Memory:

@@ -10,7 +10,6 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
-from dolfingrip.mechanics.model.carried_stress import Carried
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
@@ -37,8 +36,7 @@ class Term:
 
     A term overrides the methods that it needs; the inherited ones do nothing. All displacements are
     local arrays of degrees of freedom, ghosts included (mm). Some terms have further base classes:
-    :class:`Lagged`, :class:`~.state.Memory` and
-    :class:`~.carried_stress.Regularised`.
+    :class:`Lagged` and :class:`~.state.Memory`.
 
     Attributes:
         name: name by which a bound of this term on a step is reported.
@@ -46,13 +44,11 @@ class Term:
             strain, so that Newton's first steps may be far too long.
         crowded: whether surfaces are pressed on one another over wide areas, so that many pairs
             meet in one step; see :attr:`~.globalisation.Globalisation.convex`.
-        carried: fields that its tangent carries along Newton's steps; None if there are none.
     """
 
     name: ClassVar[str] = ""
     singular_at_rest: bool = False
     crowded: bool = False
-    carried: Carried | None = None
 
     # -- the potential ---------------------------------------------------------------------------
 
@@ -92,6 +88,12 @@ class Term:
         return 0.0
 
     # -- Newton's steps --------------------------------------------------------------------------
+
+    def set_residual(self, residual_N: float) -> None:
+        """Set the residual at which a tangent is assembled; 0 for the exact tangent.
+
+        A term may add a stiffness to its tangent which vanishes with the residual.
+        """
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest admissible fraction of ``step``, in [0, 1], the same on all ranks.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
@@ -22,21 +21,6 @@ POINTS: Final = 16
 
 LEAST_MPA: Final = 1e-3
 """Absolute pressure that an iterate of the cavity's does not fall below."""
-
-
-@dataclass(slots=True)
-class SetPoint:
-    """A pressure (kPa) that a supply is asked for.
-
-    Attributes:
-        value: above that of the air around.
-    """
-
-    value: float = 0.0
-
-    def set(self, value: float) -> None:
-        """Prescribe ``value``."""
-        self.value = value
 
 
 class AirSupply(VolumeControl):

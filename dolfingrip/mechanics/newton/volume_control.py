@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,8 +10,8 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.assembly import integral, owned_vector, to_assemble, undeformed
-from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.assembly import integral, owned_vector, undeformed
+from dolfingrip.mechanics.model.model import Control, Model, SetPoint
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
@@ -20,28 +19,6 @@ from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
 CONTROL = "cavity_volume_mm3"
 """Name of the volume among a model's controls."""
-
-
-@dataclass(slots=True)
-class PrescribedVolume:
-    """Volume of the whole cavity (mm³), as a control of a load path.
-
-    Attributes:
-        value: volume on the reference mesh as it was made.
-        growth: growth of the undeformed cavity's volume since then; 1 unless the mesh is moved.
-    """
-
-    value: float
-    growth: float = 1.0
-
-    @property
-    def target_mm3(self) -> float:
-        """Volume on the present reference mesh; its ratio to the undeformed one is prescribed."""
-        return self.value * self.growth
-
-    def set(self, value: float) -> None:
-        """Prescribe ``value``."""
-        self.value = value
 
 
 class VolumeControl(Term, Memory):
@@ -58,7 +35,8 @@ class VolumeControl(Term, Memory):
         copies: number of meshed parts in the whole.
 
     Attributes:
-        control: volume of the whole cavity; it starts as the present volume.
+        control: volume of the whole cavity (mm³) on the reference mesh as it was made, of which the
+            ratio to the undeformed one is prescribed; it starts as the present volume.
         unknown: the pressure as an unknown.
     """
 
@@ -71,12 +49,10 @@ class VolumeControl(Term, Memory):
         self._comm = space.mesh.comm
         self._first = space.dofmap.index_map.local_range[0]
         self._copies = copies
-        self._volume = to_assemble(volume)
+        self._volume = volume
         test = ufl.TestFunction(space)
-        self._rate = to_assemble(ufl.derivative(volume, u, test))
-        self._integral = volume
-        self._by_coordinates: fem.Form | None = None
-        self.control = PrescribedVolume(self.volume_mm3())
+        self._rate = ufl.derivative(volume, u, test)
+        self.control, self._growth = SetPoint(self.volume_mm3()), 1.0
         self._u = u
         self._undeformed = self._undeformed_mm3()
         # 1 MPa for each size of the cavity: a missing volume then counts as much as the forces on
@@ -100,7 +76,7 @@ class VolumeControl(Term, Memory):
 
     def value(self, dofs: np.ndarray) -> float:
         """p V* of the meshed part (mJ)."""
-        return self.unknown.value * self.control.target_mm3 / self._copies
+        return self.unknown.value * self.given_mm3() / self._copies
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the residual V* − V."""
@@ -108,7 +84,7 @@ class VolumeControl(Term, Memory):
 
     def given_mm3(self) -> float:
         """V* at the present pressure."""
-        return self.control.target_mm3
+        return self.control.value * self._growth
 
     def given_slope(self) -> float:
         """Derivative of V* by the pressure (mm³/MPa)."""
@@ -122,15 +98,13 @@ class VolumeControl(Term, Memory):
 
     def add_shape_gradient(self, dofs: np.ndarray, gradient: ShapeGradient) -> None:
         """Add p ∂V*/∂X, as V* grows with the undeformed cavity."""
-        if self._by_coordinates is None:
-            self._by_coordinates = gradient.coordinates.compiled(self._integral)
         share = self.control.value / self._undeformed
         with undeformed(self._u):
-            gradient.add_form(self._by_coordinates, self.unknown.value * share)
+            gradient.add_form(self._volume, self.unknown.value * share)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Let the controlled volume grow with the undeformed cavity."""
-        self.control.growth = self._undeformed_mm3() / self._undeformed
+        self._growth = self._undeformed_mm3() / self._undeformed
 
     def accept(self) -> None:
         """Make the pressure's load the scale of the next step's residual.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.assembly import integral, owned_vector, to_assemble
+from dolfingrip.mechanics.model.assembly import integral, owned_vector
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
@@ -33,8 +32,12 @@ class OfIntegrals(Reading):
     def __init__(self, model: Model, column: str, integrals: Sequence[ufl.Form]) -> None:
         super().__init__(model, column)
         self._integrals = integrals
-        self._by_constant: dict[fem.Constant, fem.Form] = {}
-        self._by_coordinates: fem.Form | None = None
+        self._weights = [fem.Constant(model.domain.mesh, 0.0) for _ in integrals]
+        parts = [weight * form for weight, form in zip(self._weights, integrals, strict=True)]
+        self._weighed = sum(parts[1:], start=parts[0])
+        test = ufl.TestFunction(model.u.function_space)
+        self._by_displacement = ufl.derivative(self._weighed, model.u, test)
+        self._by_constant: dict[fem.Constant, ufl.Form] = {}
 
     @abstractmethod
     def _function(self, integrals: np.ndarray) -> float:
@@ -48,7 +51,7 @@ class OfIntegrals(Reading):
         return float(self._function(self._values()))
 
     def _values(self) -> np.ndarray:
-        return np.array([integral(form) for form in self._forms])
+        return np.array([integral(form) for form in self._integrals])
 
     # -- derivatives -----------------------------------------------------------------------------
 
@@ -60,9 +63,7 @@ class OfIntegrals(Reading):
 
     def add_shape_gradient(self, gradient: ShapeGradient) -> None:
         self._weigh()
-        if self._by_coordinates is None:
-            self._by_coordinates = gradient.coordinates.compiled(self._weighed)
-        gradient.add_form(self._by_coordinates)
+        gradient.add_form(self._weighed)
 
     def _weigh(self) -> None:
         for weight, slope in zip(self._weights, self._slopes(self._values()), strict=True):
@@ -75,26 +76,8 @@ class OfIntegrals(Reading):
         if constant not in self._by_constant:
             mark = ufl.variable(constant)
             marked = ufl.replace(self._weighed, {constant: mark})
-            self._by_constant[constant] = to_assemble(ufl.diff(marked, mark))
+            self._by_constant[constant] = ufl.diff(marked, mark)
         return integral(self._by_constant[constant])
-
-    @cached_property
-    def _forms(self) -> list[fem.Form]:
-        return [to_assemble(form) for form in self._integrals]
-
-    @cached_property
-    def _weights(self) -> list[fem.Constant]:
-        return [fem.Constant(self.model.domain.mesh, 0.0) for _ in self._integrals]
-
-    @cached_property
-    def _weighed(self) -> ufl.Form:
-        parts = [w * form for w, form in zip(self._weights, self._integrals, strict=True)]
-        return sum(parts[1:], start=parts[0])
-
-    @cached_property
-    def _by_displacement(self) -> fem.Form:
-        u = self.model.u
-        return to_assemble(ufl.derivative(self._weighed, u, ufl.TestFunction(u.function_space)))
 
 
 class Integral(OfIntegrals):

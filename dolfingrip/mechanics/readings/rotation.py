@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.channels import BENDING_ANGLE, BENDING_DIRECTION, TIP_ROTATION, TIP_ROTATIONS
 from dolfingrip.forms import tip_face
-from dolfingrip.mechanics.model.assembly import integral, to_assemble, undeformed
+from dolfingrip.mechanics.model.assembly import integral, undeformed
 from dolfingrip.mechanics.model.model import Model
 
 SLICES = 24
@@ -116,6 +116,10 @@ class TipRotation:
         tip = fem.locate_dofs_topological(space, 2, model.domain.facets("tip"))
         self._tip = tip[tip < space.dofmap.index_map.size_local]
         self._at = space.tabulate_dof_coordinates()[self._tip]
+        degree = 2 * space.ufl_element().degree
+        face = model.domain.surface("tip", quadrature_degree=degree)
+        vector = tip_face.area_vector(model.u, model.domain.mesh)
+        self._area = [vector[i] * face for i in range(3)]
         self._rest, self._turned_rad = np.eye(3), np.zeros(3)
 
     def tare(self) -> None:
@@ -141,21 +145,13 @@ class TipRotation:
         }
 
     @cached_property
-    def _forms(self) -> list[fem.Form]:
-        model = self._model
-        degree = 2 * model.u.function_space.ufl_element().degree
-        tip = model.domain.surface("tip", quadrature_degree=degree)
-        vector = tip_face.area_vector(model.u, model.domain.mesh)
-        return [to_assemble(vector[i] * tip) for i in range(3)]
-
-    @cached_property
     def _at_rest(self) -> np.ndarray:
         """Unit area vector of the undeformed face, (3,)."""
         with undeformed(self._model.u):
             return self._normal()
 
     def _normal(self) -> np.ndarray:
-        normal = np.array([integral(form) for form in self._forms])
+        normal = np.array([integral(form) for form in self._area])
         if self._model.domain.half:
             normal[1] = 0.0
         return normal / np.linalg.norm(normal)

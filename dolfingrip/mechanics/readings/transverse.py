@@ -24,19 +24,12 @@ class TransverseStrain(Reading):
 
     def __init__(self, model: Model) -> None:
         super().__init__(model, TRANSVERSE_STRAIN.name)
-        self._sides = _sides(model)
-        self._counts = [model.comm.allreduce(len(nodes), MPI.SUM) for nodes in self._sides]
+        self._weights = _weights(model)
 
     def _apart(self, at_nodes: np.ndarray) -> float:
         """Difference of the means of a field (nodes, 3) on the two sides, along the axis."""
-        local = sum(
-            sign * float(at_nodes[nodes, AXIS].sum()) / count
-            for sign, nodes, count in self._weights()
-        )
+        local = float(self._weights @ at_nodes[: len(self._weights), AXIS])
         return float(self.model.comm.allreduce(local, MPI.SUM))
-
-    def _weights(self) -> list[tuple[float, np.ndarray, int]]:
-        return list(zip((-1.0, 1.0), self._sides, self._counts, strict=True))
 
     def _width_mm(self) -> float:
         return self._apart(self.model.u.function_space.tabulate_dof_coordinates())
@@ -45,17 +38,16 @@ class TransverseStrain(Reading):
         return self._apart(self.model.u.x.array.reshape(-1, 3)) / self._width_mm()
 
     def add_gradient(self, gradient: Gradient) -> None:
-        width_mm = self._width_mm()
-        for sign, nodes, count in self._weights():
-            gradient.at_nodes[nodes, AXIS] += sign / (count * width_mm)
+        gradient.at_nodes[:, AXIS] += self._weights / self._width_mm()
 
 
-def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """This rank's owned displacement nodes on the lower and on the upper side, near the middle."""
+def _weights(model: Model) -> np.ndarray:
+    """Weights of this rank's nodes in the upper side's mean less the lower's, near the middle."""
     low, high = model.box_mm
     part = (model.nodes_mm - low) / (high - low)
     away = np.abs(part[:, 2] - 0.5)
     nearest = model.comm.allreduce(float(away.min(initial=np.inf)), MPI.MIN)
     middle = np.isclose(away, nearest)
-    lower, upper = (np.flatnonzero(middle & np.isclose(part[:, AXIS], at)) for at in (0.0, 1.0))
-    return lower, upper
+    sides = np.array([middle & np.isclose(part[:, AXIS], at) for at in (0.0, 1.0)])
+    counts = model.comm.allreduce(sides.sum(axis=1), MPI.SUM)
+    return np.asarray(np.array([-1.0, 1.0]) / counts @ sides)
