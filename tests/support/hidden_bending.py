@@ -18,7 +18,7 @@ NOISE = {"angle_deg": 0.003, "tip_x_mm": 0.001}
 
 def config(*overrides: str) -> Config:
     """A finger with a graded mesh, and an ungraded one beside it."""
-    return small.short(*small.FEW, "mesh.edge_size_mm=6", "solver.rtol=1e-9", *overrides)
+    return small.short(*small.FEW, "mesh.edge_size_mm=4", "solver.rtol=1e-9", *overrides)
 
 
 def measured(
