@@ -63,8 +63,9 @@ def unknowns(
     moving = {"dynamic": any(one.experiment.dynamic for one in applied)}
     there = [one.changed(experiment=moving) for one in applied]
     possible = [c for c in every_cause if all(map(effect(c.name).possible, there))]
+    impossible = {c.name for c in every_cause} - {c.name for c in possible}
     for name in names or ():
-        if name in {c.name for c in every_cause} - {c.name for c in possible}:
+        if name in impossible:
             raise ConfigError(f"--effects {name}: allowed: with a body and a rig that can have it")
     return possible
 

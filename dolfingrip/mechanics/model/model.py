@@ -151,21 +151,22 @@ class Model:
         controls: Mapping[str, Prescribed],
     ) -> Model:
         """A model of these fields with one further term, the term's unknowns and its controls."""
-        made = replace(
-            self,
+        return self._replaced(
             terms=[*self.terms, term],
             global_unknowns=[*self.global_unknowns, *global_unknowns],
             controls={**self.controls, **controls},
         )
-        made._accepted_s = self._accepted_s
-        return made
 
     def without_supplies(self) -> Model:
         """A model of these fields and terms without the controls that remember, as supplies do."""
         kept = {name: c for name, c in self.controls.items() if not isinstance(c, Memory)}
         supplies = {*map(id, self.controls.values())}
         memories = [memory for memory in self.memories if id(memory) not in supplies]
-        made = replace(self, controls=kept, memories=memories)
+        return self._replaced(controls=kept, memories=memories)
+
+    def _replaced(self, **parts: Any) -> Model:
+        """A model of the same fields with other parts, at the same time."""
+        made = replace(self, **parts)
         made._accepted_s = self._accepted_s
         return made
 

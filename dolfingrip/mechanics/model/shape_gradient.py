@@ -14,7 +14,7 @@ from mpi4py import MPI
 from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.compatibility import points_of_cells
 
-KEY: Final = "dolfingrip: by coordinates"
+BY_COORDINATES: Final = "dolfingrip: by coordinates"
 """Place of a form's compiled derivatives in what UFL lets others keep with the form."""
 
 
@@ -102,10 +102,17 @@ class ShapeGradient:
         self._by_points = np.zeros((coordinates.local, 3))
 
     def add_form(self, form: ufl.Form, factor: float = 1.0) -> None:
-        """Add the derivatives of a form, which are compiled when they are first asked for."""
-        if KEY not in form._cache:
-            form._cache[KEY] = self.coordinates.compiled(form)
-        vector = fem.assemble_vector(form._cache[KEY])  # this rank's part, ghosts included
+        """Add the derivatives of a form, which are compiled when they are first asked for.
+
+        Args:
+            form: without arguments.
+            factor: of its derivatives.
+        """
+        if BY_COORDINATES not in form._cache:
+            form._cache[BY_COORDINATES] = self.coordinates.compiled(form)
+        vector = fem.assemble_vector(
+            form._cache[BY_COORDINATES]
+        )  # this rank's part, ghosts included
         self._by_points += factor * vector.array.reshape(-1, 3)
 
     def add(self, other: ShapeGradient, factor: float) -> None:

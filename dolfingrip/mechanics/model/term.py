@@ -93,6 +93,9 @@ class Term:
         """Set the residual at which a tangent is assembled; 0 for the exact tangent.
 
         A term may add a stiffness to its tangent which vanishes with the residual.
+
+        Args:
+            residual_N: its norm.
         """
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
