@@ -110,9 +110,8 @@ class ShapeGradient:
         """
         if BY_COORDINATES not in form._cache:
             form._cache[BY_COORDINATES] = self.coordinates.compiled(form)
-        vector = fem.assemble_vector(
-            form._cache[BY_COORDINATES]
-        )  # this rank's part, ghosts included
+        # this rank's part, ghosts included
+        vector = fem.assemble_vector(form._cache[BY_COORDINATES])
         self._by_points += factor * vector.array.reshape(-1, 3)
 
     def add(self, other: ShapeGradient, factor: float) -> None:
