@@ -3,7 +3,8 @@
 Of coupons, which cost nothing, each cause is simulated all over its prior. A finger is simulated
 where its own numbers follow the readings (Gauss and Newton's method). There one simulation has the
 derivatives by the amplitudes of all causes that are smooth where they do nothing. Any other cause
-is simulated once at its ordinary strength, on either side where these differ.
+is simulated once at its ordinary strength, on either side where these differ. A time in which it
+relaxes is then no longer than the longest ramp or wait: readings tell little of a longer one.
 """
 
 from __future__ import annotations
@@ -311,6 +312,8 @@ def _first(
     # one of them may not let the others be simulated
     left = [cause for cause in causes if resting is None or not cause.smooth]
     left = [c for c in left if any(g.feels(f"extensions.{c.name}") for g in simulation.groups)]
+    legs = simulation.measurement.readings.groupby(["test", "leg"])["time_s"]
+    longest_s = float((legs.max() - legs.min()).max()) or np.inf
     for cause in left:
         box, d = cause.box(), len(cause.numbers)
         count = policy.training[min(d, len(policy.training)) - 1]
@@ -321,7 +324,7 @@ def _first(
             every = np.vstack([places(near, count), places(box, count)])
         else:
             signs = (1.0, -1.0) if effect(cause.name).lopsided else (1.0,)
-            every = np.array([cause.at_strength(sign) for sign in signs])
+            every = np.array([cause.at_strength(sign, longest_s) for sign in signs])
         points[cause.name] = [replace(start, causes=((cause, zeta),)) for zeta in every]
     simulated = iter(simulation.at([point for several in points.values() for point in several]))
     for cause in left:

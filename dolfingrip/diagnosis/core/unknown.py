@@ -19,7 +19,7 @@ from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.search import scaled_priors
-from dolfingrip.sections.units import NOTHING
+from dolfingrip.sections.units import NOTHING, unit
 
 MODULUS: Final = "modulus"
 """Key of the factor of all moduli, and what it is called."""
@@ -363,11 +363,12 @@ class Cause:
             step = number.prior.spread if number.bounds[1] > start else -number.prior.spread
         return start, step
 
-    def at_strength(self, strength: float = 1.0) -> np.ndarray:
+    def at_strength(self, strength: float = 1.0, longest_s: float = np.inf) -> np.ndarray:
         """ζ at a strength; numbers of the shape at their middles.
 
         Args:
             strength: by the ordinary one.
+            longest_s: that a time of the shape shall not exceed, as far as its prior lets it.
         """
         zetas = []
         for number in self.numbers:
@@ -377,6 +378,8 @@ class Cause:
                 value = start + strength * step
                 lost = number.prior.positive and value <= 0
                 zeta = number.low if lost else number.zeta(value)
+            elif unit(number.key) == "s":
+                zeta = min(0.0, max(number.zeta(longest_s), -Policy().start))
             zetas.append(np.clip(zeta, number.low, number.high))
         return np.array(zetas)
 
