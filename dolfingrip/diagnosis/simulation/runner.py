@@ -13,6 +13,7 @@ from pathlib import Path
 
 from dolfingrip.channels import TIME
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.clock import moves
 from dolfingrip.diagnosis.data.table import CONTROL, READINGS
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import simulate
@@ -33,7 +34,8 @@ def request(
 
     States beyond a snap are not what was measured up to there, and cost most of the time. How far a
     path goes beyond its last stop is never read. The shortest step is a part of the largest
-    pressure: a soft finger balloons within what is a short step of a stiff one.
+    pressure: a soft finger balloons within what is a short step of a stiff one. That of a body that
+    moves while its pressure rests is as configured, as its error in time asks for short steps.
 
     Args:
         experiment: its name.
@@ -48,8 +50,10 @@ def request(
     Raises:
         ConfigError: one line, where the configuration cannot have the experiment's settings.
     """
-    reach = 0.125 * max(map(abs, config.protocol.pressure_kPa), default=float("inf"))
-    shortest = max(config.solver.min_step_kPa, 0.125 * min(config.solver.max_step_kPa, reach))
+    shortest = config.solver.min_step_kPa
+    if not moves(config):
+        largest = max(map(abs, config.protocol.pressure_kPa), default=float("inf"))
+        shortest = max(shortest, 0.125 * min(config.solver.max_step_kPa, 0.125 * largest))
     plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
     columns = (TIME.name, CONTROL[experiment], *(read or READINGS[experiment]))
     return Request.of(experiment, plain, gradients or None, columns=columns, mesh_check=mesh_check)
