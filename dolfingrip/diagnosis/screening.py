@@ -22,9 +22,8 @@ from dolfingrip.diagnosis.answer.discrepancy import kernel
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of
 from dolfingrip.diagnosis.answer.refining import extrapolated
 from dolfingrip.diagnosis.core.blend import Tangents, places
-from dolfingrip.diagnosis.core.fitting import MapFit
+from dolfingrip.diagnosis.core.fitting import Hypotheses, MapFit
 from dolfingrip.diagnosis.core.problem import NONE, InferenceProblem
-from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -296,10 +295,10 @@ def _problem(
 
 
 def _best(problem: InferenceProblem) -> MapFit:
-    """The most probable fit without causes; some of its numbers may be far off."""
-    posterior = search(problem, np.random.default_rng(0), sample=False)
-    _, fit = max(posterior.weighed, key=lambda pair: pair[0])
-    return fit
+    """The fit without causes under whichever discrepancy it needs; its numbers may be far off."""
+    names, start = tuple(problem.implausible), np.zeros(problem.nuisance_count)
+    fits = Hypotheses(problem, [names]).fits({(names, level): [start] for level in problem.levels})
+    return max(fits, key=lambda fit: fit.log_evidence + np.log(problem.policy.levels[fit.level]))
 
 
 def _first(
