@@ -324,7 +324,7 @@ def _first(
             every = np.vstack([places(near, count), places(box, count)])
         else:
             signs = (1.0, -1.0) if effect(cause.name).lopsided else (1.0,)
-            every = np.array([cause.at_strength(sign, longest_s) for sign in signs])
+            every = np.array([cause.at_strength(sign, longest_s, policy.start) for sign in signs])
         points[cause.name] = [replace(start, causes=((cause, zeta),)) for zeta in every]
     simulated = iter(simulation.at([point for several in points.values() for point in several]))
     for cause in left:

@@ -24,7 +24,7 @@ class Leak(AirLineChange):
     Confused with: a regulator's gain, in waits alone; a log of set points, in ramps alone.
     """
 
-    curved: ClassVar = True  # a small hole lets the last of the air out, which no derivative does
+    curved: ClassVar = True  # the last air leaves even through a small hole
 
     checks: ClassVar = (
         DirectCheck("close the valve and time how the pressure falls", 5.0, {"area_mm2": 0.002}),

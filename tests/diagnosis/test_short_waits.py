@@ -30,19 +30,19 @@ angle_deg = 0.03
 
 def test_a_time_begins_where_the_longest_wait_tells_it() -> None:
     """By its prior a relaxation takes 13 s; no time leaves its prior by 1.5 standard deviations."""
-    by_name = {cause.name: cause for cause in causes(Config(), ("prony", "temperature_drift"))}
+    (prony,) = causes(Config(), ("prony",))
+    time = prony.numbers[1]
 
-    def begins(name: str, longest_s: float) -> float:
-        number = by_name[name].numbers[1]
-        return float(number.at(by_name[name].at_strength(1.0, longest_s)[1]))
+    def begins(longest_s: float) -> float:
+        return float(time.at(prony.at_strength(1.0, longest_s)[1]))
 
-    assert by_name["prony"].numbers[1].key == "extensions.prony.tau_s"
+    assert time.key == "extensions.prony.tau_s"
     middle_s = 30 / np.sqrt(1 + (60 / 30) ** 2)  # the median of a lognormal number
-    assert begins("prony", np.inf) == pytest.approx(middle_s)
-    assert begins("prony", 600.0) == pytest.approx(middle_s)
-    assert begins("prony", 3.0) == pytest.approx(3.0)
+    assert begins(np.inf) == pytest.approx(middle_s)
+    assert begins(600.0) == pytest.approx(middle_s)
+    assert begins(3.0) == pytest.approx(3.0)
     least_s = middle_s * np.exp(-1.5 * np.sqrt(np.log1p((60 / 30) ** 2)))
-    assert begins("prony", 0.5) == pytest.approx(least_s)
+    assert begins(0.5) == pytest.approx(least_s)
 
 
 @pytest.mark.slow

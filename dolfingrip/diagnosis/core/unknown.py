@@ -363,12 +363,15 @@ class Cause:
             step = number.prior.spread if number.bounds[1] > start else -number.prior.spread
         return start, step
 
-    def at_strength(self, strength: float = 1.0, longest_s: float = np.inf) -> np.ndarray:
+    def at_strength(
+        self, strength: float = 1.0, longest_s: float = np.inf, off: float = Policy().start
+    ) -> np.ndarray:
         """ζ at a strength; numbers of the shape at their middles.
 
         Args:
             strength: by the ordinary one.
-            longest_s: that a time of the shape shall not exceed, as far as its prior lets it.
+            longest_s: that a time of the shape shall not exceed.
+            off: standard deviations that it is moved by for that, at most.
         """
         zetas = []
         for number in self.numbers:
@@ -379,7 +382,7 @@ class Cause:
                 lost = number.prior.positive and value <= 0
                 zeta = number.low if lost else number.zeta(value)
             elif unit(number.key) == "s":
-                zeta = min(0.0, max(number.zeta(longest_s), -Policy().start))
+                zeta = min(0.0, max(number.zeta(longest_s), -off))
             zetas.append(np.clip(zeta, number.low, number.high))
         return np.array(zetas)
 
